@@ -5,8 +5,10 @@ from __future__ import annotations
 import difflib
 import numbers
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
+T = TypeVar("T")
 LARGEST_INTEGER = 2**53  # largest integer that is accepted by default; up to it every integer is exactly a float
 _LIKE = 0.55  # least likeness of words, one being a slip for the other
 _MAX_SHOWN = 200  # most characters of a value that a message shows in full; else its beginning and end are shown
@@ -47,6 +49,28 @@ class InputError(ValueError):
 
     def __reduce__(self):
         return type(self), (self.field, self.rule, self.value, self.advice)
+
+
+def gather(calls: Iterable[Callable[[], T]]) -> list[T]:
+    """What these calls return; raises one `InputError` for all that raise one, so that none hides another."""
+    found, refused = [], []
+    for call in calls:
+        try:
+            found.append(call())
+        except InputError as error:
+            refused.append(error)
+    if refused:
+        raise all_of(refused)
+    return found
+
+
+def all_of(refused: Sequence[InputError]) -> InputError:
+    """The first of some errors, whose advice ends with the others; advice that is the same is said once."""
+    first, *others = refused
+    also = [f"Also: {str(e).removesuffix(first.advice).rstrip()}" for e in others]
+    if not also:
+        return first
+    return InputError(first.field, first.rule, first.value, " ".join([first.advice, *also]).lstrip())
 
 
 class DesignWarning(UserWarning):

@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
+from functools import partial
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, TypeVar
 
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError, gather, unknown_name
 from gearchaos.gears import units
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float
@@ -38,10 +39,12 @@ def read_by(convert: Convert, advice: str = "") -> dict[str, Any]:
 
 def convert_fields(record: Any) -> None:
     """Read all declared fields of a frozen dataclass that is being created; None stays None where it is the default."""
-    for f in fields(record):
+    def read(f: Field[Any]) -> None:
         value = getattr(record, f.name)
         if "convert" in f.metadata and (value is not None or f.default is not None):
             object.__setattr__(record, f.name, f.metadata["convert"](f.name, value))
+
+    gather(partial(read, f) for f in fields(record))
 
 
 class Record:
@@ -128,9 +131,8 @@ def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) 
     for key in value:
         if key not in known:
             raise unknown_key(field, key, value[key], known, known)
-    for name, each in known.items():
-        if name not in value and each.default is MISSING:
-            raise InputError(f"{field}.{name}", "must be given", None)
+    if missing := [name for name, each in known.items() if name not in value and each.default is MISSING]:
+        raise InputError(f"{field}.{', '.join(missing)}", "must be given", None)
     try:
         return kind(**value)
     except InputError as error:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from gearchaos.catalogue import STUDIES
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError, all_of, unknown_name
 from gearchaos.gears.pair import GearPair
 from gearchaos.model import DEFAULT_LAW, SCALARS, STIFFNESS_KINDS
 from gearchaos.quantities import PARAMETERS, find
@@ -124,7 +124,8 @@ class StudyFile(_Table):
 
 
 def validated(schema: type[BaseModel], document: Mapping[str, Any], *where: str) -> Any:
-    """A document as a table of the schema; raises `InputError` for its first wrong key. ``where`` names the table."""
+    """A document as a table of the schema; raises one `InputError` for all its values, an unknown key or
+    missing ones first. ``where`` names the table."""
     try:
         return schema.model_validate(document)
     except ValidationError as error:
@@ -133,7 +134,9 @@ def validated(schema: type[BaseModel], document: Mapping[str, Any], *where: str)
         if first["type"] == "missing":
             first["loc"] = (*first["loc"][:-1], ", ".join(str(e["loc"][-1]) for e in (first, *others) if e[
                 "type"] == "missing" and e["loc"][:-1] == first["loc"][:-1]))
-        raise _input_error(schema, first, where) from None
+        wrong = {e["loc"][:2]: e for e in reversed([first, *others]) if e is first or e["type"] not in (
+            "missing", "extra_forbidden")}  # one for each value: pydantic has one for each type that it may have
+        raise all_of([_input_error(schema, e, where) for e in reversed(wrong.values())]) from None
 
 
 def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) -> InputError:
@@ -153,7 +156,7 @@ def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) ->
         return unknown_name(field, str(name), list(at.model_fields))
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*where, *table, name))
     if error["type"] == "missing":
-        return InputError(field[1:], "must be given", None)
+        return InputError(field[1:], "must be given", None, _UNITS if "gearpair" in (*where, *table) else "")
     if error["type"] in ("model_type", "dict_type"):
         return InputError(field[1:], "must be a table", error["input"])
     advice = _ADVICE_ON_KINDS.get(str(error["input"]), "") if error["loc"] == ("study", "kind") else ""
@@ -162,6 +165,7 @@ def _input_error(schema: type[BaseModel], error: Any, where: tuple[str, ...]) ->
     return InputError(field[1:], error["msg"].replace("Input should", "must"), error["input"], advice)
 
 
+_UNITS = "Values have a unit, e.g. R1 = '35 mm', I1 = '4.9e-4 kg*m^2', c0 = '4e8 N/m', speed = '3000 rpm'."
 _DIMENSIONLESS = ("The values of [model] are numbers without units, phases in radians, e.g. 3.14159 for 180 deg: "
                   "docs/model.md, Parameters. Gears with units are a [gearpair] or a [design].")
 _ADVICE_ON_KINDS = {

@@ -14,6 +14,7 @@ from gearchaos.studies.registry import STUDIES, study_class
 from gearchaos.studies.zones import Zones
 from gearchaos.studyfile import load_design, load_study, parse_set
 from tests import EXAMPLES
+from tests.commands import refused
 
 DESIGNS = {"spur_50_50.toml", "spur_27_35.toml", "iso_tr_6336_30_example_1.toml", "fzg_type_c.toml"}
 TRAINS = {"train_idler.toml": 4, "train_loose_gear.toml": 2, "train_two_stage.toml": 6, "train_planetary.toml": 28}
@@ -280,3 +281,23 @@ def test_example_of_a_physical_pair():
     solid = [0.5 * found.pair.m1 * 0.0375**2, 0.5 * found.pair.m2 * 0.060**2]
     inertias = [found.pair.I1, found.pair.I2]
     assert inertias == pytest.approx(solid, rel=0.01)
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("[design]\nteeth = [20, 40]", ["module and face_width must be given in [design]", "face_width = '20 mm'"]),
+    ("[design]\nteeth = 0\nmodule = '3 s'\nface_width = 'x'", [
+        "error: teeth must", "Also: module must be a length", "Also: face_width must be a length"]),
+    ("[gearpair]\nn1 = 20\nn2 = 40", ["gearpair.I1, I2, R1, R2", "speed must be given", "I1 = '4.9e-4 kg*m^2'"]),
+    ("[train]\n[[train.bodies]]\nname = 'a'\ninertia = '1 s'\ntorque = '1 N'\n[[train.bodies]]\nname = 'b'\n"
+     "[[train.meshes]]\nbetween = ['a', 'b']\nteeth = [20, 40]",
+     ["error: body a: inertia must be a moment of inertia", "Also: torque must be a torque; got '1 N'",
+      "Also: body b: inertia must be given", "Also: mesh a/b: base_radii, backlash", "stiffness = '3e8 N/m'"]),
+    ("[model]\nomega = 'a'\nq0 = 0.1\nzeta = 'b'", [
+        "error: model.omega must be a valid number; got 'a'", "Also: model.zeta must be a valid number; got 'b'"]),
+], ids=["design", "design's units", "gearpair", "train", "model"])
+def test_all_that_is_missing_or_wrong_in_a_table_is_said_at_once(tmp_path, text, words):
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    said = refused("regime", path)
+    assert all(word in said for word in words), said
+    assert all(said.count(sentence) == 1 for sentence in ("without units", "Or give a design") if sentence in said)

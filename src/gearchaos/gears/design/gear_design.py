@@ -206,7 +206,8 @@ class GearDesign(Drawing, HasCard):
                     raise unknown_key(f"[{table}]", name, given[name], names, {f.name: f for f in fields(cls)})
         if missing := [name for name in ("teeth", "module", "face_width") if name not in design and not (
                 name == "module" and "diametral_pitch" in design)]:
-            raise InputError(" and ".join(missing), "must be given in [design]", None)
+            raise InputError(" and ".join(missing), "must be given in [design]", None,
+                             "E.g. teeth = [20, 40], module = '3 mm', face_width = '20 mm'.")
         for name in operation:
             if name in design:
                 raise InputError(name, "must be given in one table only", operation[name],

@@ -237,7 +237,9 @@ class Mesh:
         if self.stiffness is None and self.tooth_pairs is None:
             missing.append("stiffness or tooth_pairs")
         if missing:
-            raise InputError(", ".join(missing), "must be given", None, "Or give a design.")
+            raise InputError(", ".join(missing), "must be given", None,
+                             "E.g. base_radii = ['19 mm', '38 mm'], backlash = '0.1 mm', stiffness = '3e8 N/m'. "
+                             "Or give a design.")
         for name, default in (("damping", 0.0), ("error_amplitudes", ()), ("error_phases", ()),
                               ("eccentricity", (0.0, 0.0)), ("faults", ()), ("pitch_errors", ((), ()))):
             if getattr(self, name) is None:

@@ -6,11 +6,12 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
 
-from gearchaos.errors import InputError
+from gearchaos.errors import InputError, gather
 from gearchaos.gears import units
 from gearchaos.gears.fields import (
     Convert,
@@ -67,7 +68,7 @@ def parts(kind: type[Part]) -> Convert:
     def convert(name: str, values: Any) -> tuple[Part, ...]:
         if isinstance(values, (str, bytes, Mapping)) or not hasattr(values, "__iter__"):
             raise InputError(name, f"must be a list of {kind.__name__} or tables", values)
-        return tuple(read_part(kind, i, value) for i, value in enumerate(values))
+        return tuple(gather(partial(read_part, kind, i, value) for i, value in enumerate(values)))
     return convert
 
 

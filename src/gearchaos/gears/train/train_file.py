@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
-from gearchaos.errors import InputError, unknown_name
+from gearchaos.errors import InputError, gather, unknown_name
 from gearchaos.gears.fields import record_values
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.model import TrainModel
@@ -25,10 +26,12 @@ def read_train(table: Mapping[str, Any], pair: Callable[[str], Any]) -> Train:
     """
     given = dict(table)
     planets = given.pop("planets", None)
-    for name, kind in _KINDS.items():
-        if name in given or planets is not None:
-            given[name] = [read_part(kind, i, _with_design(part, pair))
-                           for i, part in enumerate(_tables(given, name))]
+
+    def read(name: str) -> None:
+        given[name] = gather(partial(read_part, _KINDS[name], i, _with_design(part, pair))
+                             for i, part in enumerate(_tables(given, name)))
+
+    gather(partial(read, name) for name in _KINDS if name in given or planets is not None)
     if isinstance(planets, Mapping):
         planets = {name: _with_design(part, pair) for name, part in _with_design(planets, pair).items()}
     if planets is not None:
