@@ -114,6 +114,8 @@ _ANSWERED = {
     r"^(model\.)?stiffness": "The mesh stiffness is a table [model.stiffness] with kind = 'two-level', 'harmonics', "
     "'steps' or 'tooth pairs': docs/model.md, Parameters. Any curve of given gears is a table of numbers: "
     "docs/howto/own_stiffness.md.",
+    "^helix_angle$": "It is an input of a drawing, a [design]. A mesh has one with design = 'pair.toml', planets have "
+    "one for all in [train.planets]; without, base radii, backlash and stiffness are those of the transverse plane.",
     "tanh|arctan|smooth": "The backlash is piecewise linear and is not smoothed: docs/method.md.",
 }
 

@@ -77,6 +77,14 @@ def change_of(text: str | None) -> float | None:
     return change
 
 
+def states_after(text: str | None, starts: int | None) -> float | None:
+    """The change of the load of ``--load-change`` of a map, which looks at none with one start for each cell."""
+    if text == "none" and starts not in (None, 1):
+        raise InputError("--load-change", "must be a number with --starts", text,
+                         "Leave out both: then each cell has one motion, and no load changes.")
+    return change_of(text)
+
+
 def say_lines(*texts: str) -> None:
     """Print texts in lines of 80 columns."""
     for text in texts:

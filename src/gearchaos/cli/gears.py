@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearchaos.cli.avoided import REVERSED, Factor, LoadChange, RootStress, Wide, criteria
+from gearchaos.cli.avoided import REVERSED, Factor, LoadChange, RootStress, Wide, criteria, states_after
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import TORQUES, Json, Out, Plot, Refine, Sets, StartsPerCell, StatesAfter, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, say_written
@@ -152,7 +152,7 @@ def operating_map(
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}
     loaded = load(gears, sets, physical=True, axes=axes.values())
     study = loaded.study(Zones, **axes, **given(
-        starts=starts, load_change=load_change, wide=wide or None, refine=refine))
+        starts=starts, load_change=states_after(load_change, starts), wide=wide or None, refine=refine))
     dataset = in_operating_units(study.run(progress=True), checked_operating_model(study.model))
     save(dataset, out)
     report(Found("map", dataset, loaded, False, tuple(axes.values()), out, plot), "map", json_out)

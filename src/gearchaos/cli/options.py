@@ -72,8 +72,8 @@ _COMPLETED = {"axis": completion.axes, "values": completion.starts}
 
 _OF_ZONES = catalogue.STUDIES["zones"]["options"]
 StartsPerCell = Annotated[int | None, typer.Option("--starts", help=_OF_ZONES["starts"]["help"])]
-StatesAfter = Annotated[float | None, typer.Option("--load-change", metavar="LAMBDA",
-                                                   help=_OF_ZONES["load_change"]["help"])]
+StatesAfter = Annotated[str | None, typer.Option("--load-change", metavar="LAMBDA|none",
+                                                 help=_OF_ZONES["load_change"]["help"])]
 Refine = Annotated[int | None, typer.Option("--refine", metavar="N", help=_OF_ZONES["refine"]["help"])]
 _OUT = typer.Option("--out", metavar="FILE", help="File to write: NetCDF, or .csv for tables.", readable=False)
 Out = Annotated[Path, _OUT]

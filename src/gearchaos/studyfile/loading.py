@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
+from gearchaos.gears.design.values import Choice
 from gearchaos.gears.file_kinds import HEAD, no_table
 from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears
 from gearchaos.gears.pair import GearPair
@@ -245,9 +246,14 @@ def _refuse_without_table(gears: Gears, values: Mapping[str, Any], known: Collec
     ``known`` are the names that need no table: those of the parameters and initial values of the model.
     """
     table = "design" if is_design(gears) else "gearpair"
-    own = {f.name for f in fields(gears)} - set(known)  # type: ignore[arg-type]
+    own = {f.name: f for f in fields(gears) if f.name not in known}  # type: ignore[arg-type]
     for name, value in values.items():
-        if name.partition(".")[0] in own:
+        head, _, key = name.partition(".")
+        if head in own:
+            choice = own[head].metadata.get("convert")
+            if key and isinstance(choice, Choice) and key not in choice.files:  # such as stiffness.kind of a model
+                name = head
+                choice(name, value)
             raise InputError(name, "must be given with the name of its table", value, f"Write {table}.{name}=VALUE.")
 
 

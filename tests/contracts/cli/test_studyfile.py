@@ -301,3 +301,13 @@ def test_all_that_is_missing_or_wrong_in_a_table_is_said_at_once(tmp_path, text,
     said = refused("regime", path)
     assert all(word in said for word in words), said
     assert all(said.count(sentence) == 1 for sentence in ("without units", "Or give a design") if sentence in said)
+
+
+@pytest.mark.parametrize(("given", "words"), [
+    ("stiffness.kind=tanh", "stiffness must be one of ISO 6336-1, potential energy; got 'tanh'. The backlash is"),
+    ("stiffness.kind=potential energy", "Write design.stiffness=VALUE"),
+    ("stiffness.table=k.csv", "Write design.stiffness.table=VALUE"),
+    ("design.stiffness.kind=tanh", "stiffness must be ISO 6336-1 or potential energy or { table = '…' }; got {'kind'"),
+])
+def test_a_kind_of_stiffness_of_a_model_is_answered_by_what_a_design_takes(given, words):
+    assert words in refused("regime", EXAMPLES / "spur_50_50.toml", "--set", given)

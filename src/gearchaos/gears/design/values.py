@@ -249,6 +249,7 @@ class Choice:
 
     def __init__(self, names: tuple[str, ...], *files: type[DataFile]) -> None:
         self.names, self.files = names, {kind.key: kind for kind in files}
+        self.tables = " or ".join(f"{{ {key} = '…' }}" for key in self.files)
 
     def __call__(self, field: str, value: Any) -> Any:
         if isinstance(value, tuple(self.files.values())):
@@ -256,14 +257,13 @@ class Choice:
         if isinstance(value, Mapping):
             key, *others = [key for key in self.files if key in value] or [""]
             if not key or others:
-                raise InputError(field, f"must be a table with one of {', '.join(self.files)}", dict(value))
+                raise InputError(field, f"must be {' or '.join([*self.names, self.tables])}", dict(value))
             if not isinstance(value[key], str) or not value[key]:
                 raise InputError(f"{field}.{key}", "must be the path of a file", value[key])
             return record_values(self.files[key], field, value)
         if not isinstance(value, str) or value not in self.names:
-            tables = " or ".join(f"{{ {key} = '…' }}" for key in self.files)
             error = unknown_name(field, str(value), self.names)
-            raise InputError(field, error.rule, value, f"{error.advice} Or name a file: {tables}.".lstrip())
+            raise InputError(field, error.rule, value, f"{error.advice} Or name a file: {self.tables}.".lstrip())
         return value
 
 
