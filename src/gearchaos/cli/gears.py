@@ -149,10 +149,11 @@ def operating_map(
     from gearchaos.studies.speed_and_torque import checked_operating_model, in_operating_units
     from gearchaos.studies.zones import Zones
 
+    change = states_after(load_change, starts)
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}
     loaded = load(gears, sets, physical=True, axes=axes.values())
     study = loaded.study(Zones, **axes, **given(
-        starts=starts, load_change=states_after(load_change, starts), wide=wide or None, refine=refine))
+        starts=starts, load_change=change, wide=wide or None, refine=refine))
     dataset = in_operating_units(study.run(progress=True), checked_operating_model(study.model))
     save(dataset, out)
     report(Found("map", dataset, loaded, False, tuple(axes.values()), out, plot), "map", json_out)
