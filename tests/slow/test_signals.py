@@ -144,3 +144,14 @@ def test_a_process_ends_with_the_one_that_started_it():
         child = psutil.Process(int(parent.stdout.readline()))
         parent.kill()
         wait_until(lambda: not runs(child))
+
+
+def test_the_process_that_forks_workers_ends_while_it_imports(tmp_path):
+    (tmp_path / "slow.py").write_text("import os, time\nprint(os.getpid(), flush=True)\ntime.sleep(600)")
+    code = ("from gearchaos.execute.pools import process_pool\n"
+            "with process_pool(1, ['slow'])() as pool:\n    list(pool.results(abs, [1]))")
+    with started(code, PYTHONPATH=os.pathsep.join([str(tmp_path), *sys.path])) as parent:
+        child = psutil.Process(int(parent.stdout.readline()))
+        assert "forkserver" in str(child.cmdline())
+        parent.kill()
+        wait_until(lambda: not runs(child))
