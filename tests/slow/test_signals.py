@@ -113,7 +113,8 @@ def test_what_is_under_way_is_waited_for_until_a_second_signal():
         with pytest.raises(subprocess.TimeoutExpired):
             process.wait(2)
         process.send_signal(signal.SIGTERM)
-        assert process.communicate(timeout=300)[1] == "terminated\n"
+        assert process.communicate(timeout=300)[1] == (
+            "waiting for what is under way; the same again ends at once\nterminated\n")
         assert process.returncode == 143
 
 

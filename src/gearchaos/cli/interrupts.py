@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from typing import Any
 
-from gearchaos.cli.errors import Terminated, say_interrupted
+from gearchaos.cli.errors import Terminated, say, say_interrupted
 
 _patience: float | None = 0.7
 """Seconds after a signal until the process is ended by force, which a second signal does at once."""
@@ -63,6 +63,8 @@ def _interrupt(number: int, _: Any) -> None:
 def _watch(signals: socket.socket) -> None:
     """End the process a time after the first signal, or at once after the second one."""
     number = signals.recv(1)[0]
+    if _patience is None:
+        say("waiting for what is under way; the same again ends at once")
     signals.settimeout(_patience)
     with suppress(TimeoutError):
         signals.recv(1)
