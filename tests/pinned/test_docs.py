@@ -17,11 +17,15 @@ from tests.commands import ask
 PAGES = sorted(p for p in (ROOT, ROOT / "docs", ROOT / "examples", ROOT / "benchmarks") for p in p.glob("*.md"))
 _SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _EXAMPLES = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8").split("## Examples")[1]
-COMMANDS = re.findall(r"^gearchaos (.*)$", _EXAMPLES, re.MULTILINE)
 HOWTO = sorted((ROOT / "docs" / "howto").glob("*.md"))
 _BLOCK = re.compile(r"^```(python)?\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SCRIPTED = [pytest.param(page, marks=[pytest.mark.exhaustive] if page.name == "proofs.md" else [])  # 20 s of proofs
             for page in PAGES if _SCRIPT.search(page.read_text(encoding="utf-8"))]
+
+
+def commands(text: str) -> list[str]:
+    """The commands in a text, without "gearchaos"; a line that ends in a backslash goes on in the next one."""
+    return re.findall(r"^gearchaos (?!examples)(.*)$", text.replace("\\\n", ""), re.MULTILINE)
 
 
 _FEWER = [  # what takes long, and what runs the same program in less time
@@ -72,7 +76,7 @@ def test_scripts_run(page):
 @pytest.mark.slow
 def test_example_commands_run(examples, tmp_path):
     """One after another in one folder: some read what others wrote."""
-    for line in COMMANDS:
+    for line in commands(_EXAMPLES):
         result = ask(*shlex.split(few(line)))
         assert result.exit_code == 0, (line, result.stderr)
         for name in re.findall(r"--(?:out|plot) (\S+)", line):
@@ -91,7 +95,7 @@ def test_recipes_run(page, examples, monkeypatch):
             exec(compile(fewer(block), str(page), "exec"), left)
             plt.close("all")
             continue
-        for line in re.findall(r"^gearchaos (?!examples)(.*)$", block, re.MULTILINE):
+        for line in commands(block):
             result = ask(*shlex.split(fewer(line), comments=True))
             assert result.exit_code == 0, (line, result.stderr)
 
@@ -109,8 +113,8 @@ def test_the_first_script_says_what_the_readme_says(tmp_path):
 @pytest.mark.parametrize("page", ["README.md", "docs/gears.md"])
 def test_a_page_shows_what_gear_prints(page, whole):
     """What stands on the gears daily, from two speeds; all of it takes 10 to 16 s."""
-    command, shown = re.search(r"^\$ gearchaos (gear [^\n]*)\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"),
-                               re.MULTILINE | re.DOTALL).groups()
+    text = (ROOT / page).read_text(encoding="utf-8").replace("\\\n", "")
+    command, shown = re.search(r"^\$ gearchaos (gear [^\n]*)\n(.*?)^```", text, re.MULTILINE | re.DOTALL).groups()
     arguments = shlex.split(command.replace("examples/", f"{ROOT / 'examples'}/"))
     printed = ask(*arguments, *(() if whole else ("--speed", "1500:1510:2"))).stdout
     if not whole:
