@@ -133,4 +133,4 @@ def test_the_numbers_of_ross_are_reproduced_with_its_conventions():
         [396622921.3581085, 396738680.0375346, 396854147.2919756, 396969323.136738, 397084207.5865779], rel=1e-12)
     assert [curve.max(), curve.min(), curve.mean()] == pytest.approx([419.57e6, 229.32e6, 373.51e6], rel=2e-5)
     here = ToothPairs(pair_62(), (STEEL, STEEL), (BORE, BORE)).curve()
-    assert [here.mean, here.first.max()] == pytest.approx([390.43e6, 437.96e6], rel=2e-5)  # as docs/gears.md compares
+    assert [here.mean, here.first.max()] == pytest.approx([390.43e6, 437.96e6], rel=2e-5)  # as checked.md says
