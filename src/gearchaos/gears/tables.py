@@ -7,8 +7,6 @@ with the number of its line. What was taken by its meaning is said in a note.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,24 +17,24 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.errors import InputError, missing_package, unknown_name
-from gearchaos.files import read_bytes
+from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears import units
 from gearchaos.gears.file_kinds import HEAD, is_mat, no_table
-from gearchaos.gears.mat_tables import mat_rows
-from gearchaos.gears.uff_tables import is_uff, uff_rows
+from gearchaos.gears.table_cells import (
+    DECIMAL_COMMA,
+    NUMBER,
+    SEPARATORS,
+    Rows,
+    content_of,
+    is_number,
+    line_error,
+    rows_by_separator,
+)
+from gearchaos.gears.uff_tables import is_uff
 
 MOST_BYTES = 4_000_000  # largest size of a file
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
-_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?", re.ASCII)
 # a number that may have a decimal comma or a comma between thousands, such as "1,250"
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
-_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "spaces", "": "columns"}
-_COMMENT = re.compile(r"^\s*#.*|\s#(?:\s.*|$)")
-# how headers are told apart where spaces separate: by two spaces, by words with their units, or by units
-_WAYS = (re.compile(r"\S+(?:\s\S+)*"), re.compile(r"[^\s\[(]+(?:\s*(?:\[[^]]*\]|\([^)]*\)))?"),
-         re.compile(r"[^\s\[][^\[]*\[[^]]*\]"))
-_WORKBOOKS = (b"PK\3\4", b"\xd0\xcf\x11\xe0")  # how files of spreadsheets begin: .xlsx and .ods, .xls
 # forms of a name with a unit: name [unit], name / unit, name in unit, name (unit)
 _FORMS = tuple(map(re.compile, (
     r"(.*?)\s*/?\s*\[([^]]*)\]", r"(.*?)\s+(?:/|in)\s+\(?(.*?)\)?", r"(.*?)\s*/?\s*\(((?:[^()]|\([^()]*\))*)\)")))
@@ -123,7 +121,7 @@ class Table:
 
     def error(self, row: int, rule: str, value: object, advice: str = "") -> InputError:
         """The error for a row that breaks a rule, with the number of its line."""
-        return _line_error(self.path, self.lines[row], rule, value, advice)
+        return line_error(self.path, self.lines[row], rule, value, advice)
 
     def shown(self, name: str, value: float) -> str:
         """A number in SI as the file would have it, with the unit of its column."""
@@ -201,9 +199,6 @@ def read_table(
     return table
 
 
-_Rows = list[tuple[int, list[str]]]  # the cells of rows, each with its line
-
-
 @dataclass(frozen=True)
 class _Cells:
     """The texts of a table: the cells of its header, also as names and units, its line, and rows with as many cells.
@@ -215,12 +210,12 @@ class _Cells:
     line: int
     header: list[str]
     named: list[tuple[str, str]]
-    rows: _Rows
+    rows: Rows
     bare: bool
     by_option: bool
 
     def error(self, rule: str, value: object, advice: str = "") -> InputError:
-        return _line_error(self.path, self.line, rule, value, advice)
+        return line_error(self.path, self.line, rule, value, advice)
 
     def choose(self, column: Column, header: str) -> str:
         """How to choose a header for a column, with a unit if it has none and needs one."""
@@ -236,25 +231,25 @@ def _cells(path: Any, field: str, columns: Sequence[Column], most: int, chosen: 
            by_option: bool) -> _Cells:
     if not isinstance(path, (str, Path)):
         raise InputError(field, "must be the path of a file", path)
-    if what := no_table(_bytes(path, field, HEAD, cut=True)):
+    if what := no_table(content_of(path, field, HEAD, cut=True)):
         raise InputError(field, "must be a table: text, a workbook, .uff or .mat", str(path), what)
-    content = _bytes(path, field, most)
+    content = content_of(path, field, most)
     shown = f"{path}, as a table" if is_uff(content) or is_mat(content) else str(path)  # that has no lines of its own
-    grids = _grids(str(path), content, field)
+    grids = rows_by_separator(str(path), content, field)
     if not any(grids.values()):
         raise InputError(field, "must have a header and rows of numbers", str(path), "The file is empty.")
     # rows without numbers above one with two or more: the first of them with a name or a unit that is sought
     fitting = [(separator, i) for separator, rows in grids.items() for i, (_, cells) in enumerate(rows[1:])
-               if sum(map(_is_number, cells)) > 1 and len(_trimmed(cells)) <= len(header := _trimmed(rows[i][1]))
-               and not any(map(_is_number, header))]
+               if sum(map(is_number, cells)) > 1 and len(_trimmed(cells)) <= len(header := _trimmed(rows[i][1]))
+               and not any(map(is_number, header))]
     found = next((each for each in fitting if _has_sought(grids[each[0]][each[1]][1], columns, chosen)),
                  fitting[0] if fitting else None)
     bare = found is None and not any(
         _has_sought(cells, columns, chosen) for rows in grids.values() for _, cells in rows
-        if not any(map(_is_number, cells)))
+        if not any(map(is_number, cells)))
     if bare:  # from the first row of numbers alone
         found = next(((separator, i) for separator, rows in grids.items() for i, (_, cells) in enumerate(rows)
-                      if len(_trimmed(cells)) > 1 and all(map(_is_number, _trimmed(cells)))), None)
+                      if len(_trimmed(cells)) > 1 and all(map(is_number, _trimmed(cells)))), None)
         bare = found is not None
     # if no row of numbers fits, the first row says what is wrong
     separator, first = found or (next(s for s, rows in grids.items() if rows and (
@@ -269,10 +264,10 @@ def _cells(path: Any, field: str, columns: Sequence[Column], most: int, chosen: 
         header = [f"{name} [{unit.strip('[]()')}]" for name, unit in zip(rows[first - 1][1], header, strict=False)]
     for n, cells in rows[first + 1:]:
         if not len(_trimmed(cells)) <= len(header) <= len(cells):
-            advice = f"The header has {len(header)} cells, separated by {_SEPARATORS[separator]}."
+            advice = f"The header has {len(header)} cells, separated by {SEPARATORS[separator]}."
             if separator == ",":
                 advice += " For decimal commas separate the cells, also those of the header, by semicolons."
-            raise _line_error(shown, n, f"must have {len(header)} cells, as the header has", f"{len(cells)} cells",
+            raise line_error(shown, n, f"must have {len(header)} cells, as the header has", f"{len(cells)} cells",
                               advice)
     return _Cells(shown, line, header, [_name_and_unit(cell, columns) for cell in header],
                   [(n, cells[: len(header)]) for n, cells in rows[first + 1:]], bare, by_option)
@@ -285,107 +280,14 @@ def _has_sought(header: list[str], columns: Sequence[Column], chosen: Mapping[st
     return any(_plain(name) in names or any(c.is_meant(name, unit) for c in columns) for name, unit in named)
 
 
-def _bytes(path: str | Path, field: str, most: int, cut: bool = False) -> bytes:
-    try:
-        return read_bytes(Path(path), most, cut)
-    except (OSError, ValueError) as error:  # ValueError for a path with a null character
-        why = f"{getattr(error, 'strerror', None) or error}.".replace("..", ".")
-        raise InputError(field, "must be a file that can be read", str(path), why) from None
-
-
 def has_column(path: str | Path, column: Column, field: str, most: int = MOST_BYTES) -> bool:
     """Whether the header of a table has the name of a column; raises `InputError` for a file that is no table."""
     return any(_plain(name) in column.names for name, _ in _cells(path, field, [column], most, {}, False).named)
 
 
-def _grids(path: str, content: bytes, field: str) -> Mapping[str, _Rows]:
-    """For each separator the rows that are not empty, with their lines; for a workbook those of its only sheet;
-    for a file in the Universal File Format those that it has as a table."""
-    if content.startswith(_WORKBOOKS):
-        return {"": _workbook(path, content, field)}
-    if is_mat(content):
-        return {"": [*enumerate(mat_rows(content, path, field), 1)]}
-    if is_uff(content):
-        return {"": [*enumerate(uff_rows(Path(path), field), 1)]}
-    lines = re.split(r"\r\n|\r|\n", _text(path, content, field))
-    said = re.fullmatch(r"sep=(.)", lines[0].strip(" ;,"), re.IGNORECASE)
-    separators = (said[1],) if said and said[1] in _SEPARATORS else (";", "\t", ",", " ")
-    given = ["" if said else lines[0], *lines[1:]]
-    lines = [_COMMENT.sub("", line) for line in given]
-    first = next((i for i, line in enumerate(lines) if line.strip()), 0)
-    comments = [i for i in range(first) if given[i].strip("# \t")]
-    if comments and re.match(r'\s*"?[-+]?[.,]?\d', lines[first]):  # the comment is the header, as NumPy writes it
-        lines[comments[-1]] = given[comments[-1]].lstrip("# \t")
-    # where spaces separate, a header has as many cells as the line below it has words
-    texts = [(n, line) for n, line in enumerate(lines, 1) if line.strip()]
-    counts = [*(len(line.split()) for _, line in texts[1:]), -1]  # below the last line there is none
-    spaced = [
-        (n, next((w for way in _WAYS if len(w := [c.strip() for c in way.findall(line)]) == count), line.split())
-         if not _is_number(line.split()[0]) else line.split()) for (n, line), count in zip(texts, counts, strict=False)]
-    grids = {}
-    for separator in separators:
-        reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
-        try:
-            rows = spaced if separator == " " else [
-                (reader.line_num, [" ".join(cell.split()) for cell in cells]) for cells in reader]
-        except csv.Error as error:
-            raise _line_error(path, reader.line_num, "must have cells that end", str(error),
-                              "A quotation mark opens a cell that is never closed.") from None
-        grids[separator] = [(n, cells) for n, cells in rows if any(cells)]
-    return grids
-
-
-def _text(path: str, content: bytes, field: str) -> str:
-    utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
-    text = ""
-    for encoding in ("utf-16",) if utf16 else ("utf-8-sig", "cp1252"):
-        try:
-            text = content.decode(encoding)
-            break
-        except UnicodeDecodeError as error:
-            wrong = error
-    else:
-        line = len(re.findall(rb"\r\n|\r|\n", content[: wrong.start])) + 1
-        raise _line_error(path, line, "must be text in UTF-8, UTF-16 or Windows-1252", content[wrong.start: wrong.end],
-                          "Write the units without signs such as µ and °: um, deg.")
-    if "\0" in text:
-        raise InputError(field, "must be a text file", path, "It has null characters: export it as CSV.")
-    return text
-
-
-def _workbook(path: str, content: bytes, field: str) -> _Rows:
-    """The rows of the only sheet of a workbook that has any."""
-    try:
-        from python_calamine import CalamineWorkbook
-    except ImportError:
-        raise missing_package(f"{path}, a workbook,", "python-calamine", "tables") from None
-    try:
-        book = CalamineWorkbook.from_filelike(io.BytesIO(content))
-        sheets = {name: book.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in book.sheet_names}
-    except Exception as error:  # the package raises many, also for zipped files of any other kind
-        raise InputError(field, "must be a workbook that can be read, or a text file", path,
-                         f"{error}. Save the sheet as CSV.") from None
-    grids = {name: [(n, row) for n, cells in enumerate(rows, 1) if any(row := [str(c).strip() for c in cells])]
-             for name, rows in sheets.items()}
-    filled = [name for name, rows in grids.items() if rows]
-    if len(filled) > 1:
-        raise InputError(field, "must be a workbook with one sheet that is not empty", filled,
-                         f"Save the sheet of the table as CSV, or delete the others of {path}.")
-    return grids[filled[0]] if filled else []
-
-
 def _trimmed(cells: list[str]) -> list[str]:
     """The cells without empty ones at the end."""
     return cells[: next((i for i in range(len(cells), 0, -1) if cells[i - 1]), 0)]
-
-
-def _line_error(path: str, line: int, rule: str, value: object, advice: str = "") -> InputError:
-    return InputError(f"{path}, line {line},", rule, value, advice)
-
-
-def _is_number(cell: str) -> bool:
-    """Whether a cell is a number, with a decimal point or a decimal comma."""
-    return bool(_NUMBER.fullmatch(cell) or _DECIMAL_COMMA.fullmatch(cell))
 
 
 def _plain(name: str) -> str:
@@ -462,24 +364,24 @@ def _advice(groups: Sequence[Sequence[Column]]) -> str:
 
 def _numbers(cells: _Cells, taken: list[int]) -> np.ndarray:
     """The numbers of the columns that are taken, (rows, columns)."""
-    commas = [(n, cell) for n, row in cells.rows for cell in row if _DECIMAL_COMMA.fullmatch(cell)]
+    commas = [(n, cell) for n, row in cells.rows for cell in row if DECIMAL_COMMA.fullmatch(cell)]
     if commas:
         line, first = commas[0]
         cure = f"Write {first.replace(',', '.')}, or {first.replace(',', '')} if the comma separates thousands."
-        if any(_NUMBER.fullmatch(cell) and "." in cell for _, row in cells.rows for cell in row):
-            raise _line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first,
+        if any(NUMBER.fullmatch(cell) and "." in cell for _, row in cells.rows for cell in row):
+            raise line_error(cells.path, line, "must have a decimal point, as other numbers of this file have", first,
                               cure)
         if all(_THOUSANDS.fullmatch(cell) for _, cell in commas):
-            raise _line_error(cells.path, line, "must not have a comma that may be a decimal comma or separate "
+            raise line_error(cells.path, line, "must not have a comma that may be a decimal comma or separate "
                               "thousands", first, cure)
     out = np.empty((len(cells.rows), len(taken)))
     for row, (n, own) in enumerate(cells.rows):
         for k, i in enumerate(taken):
             text = own[i].replace(",", ".") if commas else own[i]
-            out[row, k] = float(text) if _NUMBER.fullmatch(text) else math.nan
+            out[row, k] = float(text) if NUMBER.fullmatch(text) else math.nan
             if not math.isfinite(out[row, k]):
                 advice = "Write e.g. 1234.5: no unit, nothing between thousands." if text else "The cell is empty."
-                raise _line_error(cells.path, n, "must have finite numbers", own[i], advice)
+                raise line_error(cells.path, n, "must have finite numbers", own[i], advice)
     return out
 
 
