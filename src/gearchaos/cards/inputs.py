@@ -20,7 +20,7 @@ from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.train.parts import Body
 from gearchaos.gears.train.train import Train
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
-from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW, MeshModel, has_effect, mesh_stiffness, transmission_error
+from gearchaos.model import MeshModel, has_effect, mesh_stiffness, transmission_error
 from gearchaos.studies.study import Study
 
 _KINDS = {"single": "Single-degree-of-freedom model", "torsional": "Torsional model",
@@ -52,7 +52,7 @@ def _train(train: Train) -> Card:
     rows += [("shaft", f"{shaft.name}: {shaft.stiffness:.4g} N m/rad") for shaft in train.shafts]
     rows += [("mesh", f"{mesh.name}: {mesh.teeth[0]}/{mesh.teeth[1]} teeth, backlash {mesh.backlash * 1e3:.4g} mm")
              for mesh in train.meshes]
-    rows += [("mesh damping", DAMPING_LAWS[train.damping_law]), ("common period", f"{train.period * 1e3:.6g} ms")]
+    rows += [("mesh damping", train.law.words), ("common period", f"{train.period * 1e3:.6g} ms")]
     return Card("Gear train", rows)
 
 
@@ -74,7 +74,7 @@ def _model_rows(model: MeshModel) -> Iterator[tuple[str, str]]:
     if isinstance(model, OperatingModel):
         yield "operating point", f"{model.value('speed'):.6g} rpm, {model.value('torque'):.6g} N m"
     yield "mesh frequency ω", f"{model.omega:.6g}"
-    law = f" {DAMPING_LAWS[model.damping_law]}" * (model.damping_law != DEFAULT_LAW)
+    law = f" {model.law.words}" * model.law.in_contact
     yield "mesh damping ζ", f"{model.zeta:.6g}{law}"
     yield "static load q₀", f"{model.q1:.6g}" if model.q1 == model.q2 else f"{model.q1:.6g}, {model.q2:.6g}"
     amplitudes = model.error.amplitudes
@@ -157,7 +157,7 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
         "backlash, line of action, total":
             "" if d.backlash is None else f"{d.backlash_line_of_action * 1e3:.6g} mm",
         "damping ratio of the mesh":
-            "" if d.damping_ratio is None else f"{d.damping_ratio:g}, {DAMPING_LAWS[d.damping_law]}",
+            "" if d.damping_ratio is None else f"{d.damping_ratio:g}, {d.law.words}",
         "stiffness by": stiffness,
         "transmission error by": error,
         "speed of wheel 1": "" if d.speed is None else f"{d.speed:.6g} rpm",

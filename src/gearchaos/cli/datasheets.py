@@ -10,7 +10,6 @@ from gearchaos.cli.avoided import print_avoided, say_lines
 from gearchaos.cli.errors import say
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.gears.units import measured
-from gearchaos.model import DAMPING_LAWS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -80,7 +79,7 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
         if answer.speeds is None:
             continue
         print("\nLargest dynamic factor at a few of the speeds, and K_v by the standards")
-        print(f"(computed: mesh damping {DAMPING_LAWS[answer.design.damping_law]})")
+        print(f"(computed: mesh damping {answer.design.law.words})")
         ds = answer.speeds.dataset
         largest = ds["dynamic_factor"].max("motion")
         over = {"over quasi-static": largest / answer.speeds.quasi_static_ratio} if answer.quasi_static else {}

@@ -226,7 +226,7 @@ def _append(branch: Branch, equations: CycleEquations, point: Point, user: Tests
         full = np.abs(branch.points[-1].data.half_period_difference).max()
         found = [e for e in found if e.kind not in (FOLD, PITCHFORK)
                  or np.abs(e.cycle.half_period_difference).max() > _SEPARATE * full]
-    if branch.family.model.damping_law == "unilateral":
+    if branch.family.model.law.releases:
         found = [replace(e, kind=BORDER_COLLISION) if e.kind == GRAZE else e for e in found]
     branch.event_positions += [len(branch.points) - 1] * len(found)
     branch.events += found

@@ -171,7 +171,7 @@ def _one_way(equations: EventEquations, start: Point, bounds: Bounds, settings: 
         why = _follow_piece(curve, equations, bounds, replace(settings, first=beyond.step))
     if why not in _FINAL and _touches(equations, curve.points[-1]):
         curve.special.append(SpecialPoint(f"grazing-{equations.kind}", curve.points[-1]))
-        change = "jump" if equations.family.model.damping_law == "unilateral" else "change with infinite slope"
+        change = "jump" if equations.family.model.law.releases else "change with infinite slope"
         why = f"grazing-{equations.kind}: meets a graze, where multipliers {change}"
     if equations.kind == GRAZE and why not in _FINAL:  # is the touching extremum about to vanish with its neighbour?
         state = curve.points[-1].data

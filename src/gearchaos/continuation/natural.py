@@ -206,6 +206,6 @@ class Follower:
     def _event(self, multipliers: np.ndarray, why: int, contact_changes: bool) -> str:
         """The kind of event at which an orbit ends, from the multipliers (d,) next to it and from what fails beyond."""
         if why == OTHER:
-            touches = BORDER_COLLISION if self.model.damping_law == "unilateral" else GRAZE
+            touches = BORDER_COLLISION if self.model.law.releases else GRAZE
             return touches if contact_changes else LIMIT
         return critical_event(multipliers, exists=why == UNSTABLE) if why else ""

@@ -14,7 +14,6 @@ from gearchaos.gears.design.checks import FAST
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import DataFile, method_in_words
 from gearchaos.gears.units import RPM, measured
-from gearchaos.model import DAMPING_LAWS
 
 if TYPE_CHECKING:
     from gearchaos.studies.speed_windows import SpeedsToAvoid
@@ -79,7 +78,7 @@ class Answer:
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
         error = "no transmission error" if d.exact else f"error {method_in_words(d.transmission_error)}"
-        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {DAMPING_LAWS[d.damping_law]}"
+        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {d.law.words}"
         variation = ""
         if (d.shares_load or d.under_load) and self.entries["loaded_error_peak_to_peak"].value is not None:
             deflection = self._value("loaded_error_peak_to_peak")
@@ -134,7 +133,7 @@ class Answer:
             yield f"Elsewhere: {contact}, {largest}."
         if ratio := self.quasi_static:
             yield f"The jumps of the stiffness alone make a factor of {ratio}, at the lowest speed, too."
-        ending = "damping that ends with contact, " * (self.design.damping_law == "always")
+        ending = "damping that ends with contact, " * (not self.design.law.in_contact)
         sharing = "contact beyond the path, " if self.design.shares_load else "load sharing, "
         if self.design.in_strips:
             sharing = "contact of teeth that do not carry the full load, "

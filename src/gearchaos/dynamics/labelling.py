@@ -155,7 +155,7 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
     motions = np.flatnonzero(bounded & np.isnan(verdicts.trace_error))  # only their largest exponent was computed
     if len(motions):
         frame = orbits.tangent_frame(state.flow.dimension, len(motions))
-        measured = state.flow.system.damping_law != "always"
+        measured = state.flow.system.law.in_contact
         run = state.advance(motions, _TRACE_CHECK_PERIODS, tangent=frame, growth=True, measured=measured)
         duration = _TRACE_CHECK_PERIODS * state.period_length(motions)
         trace = orbits.mean_trace(state.flow.system, state.points[motions], run.measures, duration)

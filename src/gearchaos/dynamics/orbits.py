@@ -231,7 +231,7 @@ def lyapunov_exponents(flow: ExactFlow, points: np.ndarray, orbits: Orbits) -> t
     modulus = np.abs(orbits.multipliers)
     with np.errstate(divide="ignore"):
         exponents = np.log(modulus).T / duration
-    measured = flow.system.damping_law != "always"
+    measured = flow.system.law.in_contact
     measures = flow.advance(orbits.w, orbits.period, points=points, measured=True).measures if measured else None
     trace = mean_trace(flow.system, points, measures, duration)
     error = np.abs(exponents.sum(axis=0) - trace) * duration
@@ -260,7 +260,7 @@ def mean_trace(
 
     ``measures`` (K len(Measure), L) over the ``duration`` are needed only where damping acts in contact alone.
     """
-    if measures is None or system.damping_law == "always":
+    if measures is None or not system.law.in_contact:
         return system.trace[points]
     meshes = of_meshes(measures)
     share = (meshes[:, Measure.FRONT_TIME] + meshes[:, Measure.BACK_TIME]) / duration

@@ -196,7 +196,7 @@ class ClassificationState:
         k, verdicts = len(value), self.verdicts
         verdicts.exponent[:k, motions] = value
         verdicts.exponent_low[:k, motions], verdicts.exponent_high[:k, motions] = low, high
-        if k == self.flow.dimension and self.flow.system.damping_law == "always":
+        if k == self.flow.dimension and not self.flow.system.law.in_contact:
             self.set_trace_error(motions, value.sum(axis=0), self.flow.system.trace[self.points[motions]])
 
     def set_trace_error(self, motions: np.ndarray, exponent_sum: np.ndarray, trace: np.ndarray) -> None:

@@ -62,13 +62,13 @@ def compile_corrections(system: SwitchedSystem) -> None:
     >>> from gearchaos.studies.initial_value_problems import initial_value_problems
     >>> compile_corrections(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system)
     """
-    if system.damping_law != "unilateral":
+    if not system.law.releases:
         _begin(("corrections",), correct_orbit, system)
 
 
 def _begin(jobs: tuple[str, ...], kernel: Any, system: SwitchedSystem) -> None:
     """Start a process for each job unless this kernel, one of theirs, is on disk."""
-    dims = dimensions(system.dimension, system.damping_law)
+    dims = dimensions(system.dimension, system.law.name)
     if not _allowed or (jobs, dims) in _begun:
         return
     _begun.add((jobs, dims))

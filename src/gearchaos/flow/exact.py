@@ -333,7 +333,7 @@ class ExactFlow(Generic[System]):
         if len(call.packs) == 0:
             return
         points, measuring = self._points, len(call.measures) > 0
-        dims = dimensions(self.dimension, self.system.damping_law)
+        dims = dimensions(self.dimension, self.system.law.name)
         buffer = 8 * WIDTH * (self.dimension + points.table.shape[2])  # bytes: matrices and bounds of `WIDTH` lanes
         # With one buffer for each entry of the step tables, matrices are loaded again only for trajectories whose
         # contact state differs from that at the same entry one period ago. In a single period that saves nothing.

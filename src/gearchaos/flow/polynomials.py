@@ -203,7 +203,7 @@ class PolynomialEquations:
         """
         raise_if_cancelled()
         one, d, q = self.one, self.one.dimension, len(self.polynomials.low)
-        if not self._steady or one.damping_law == "unilateral" or period * d > _MOST_COORDINATES:
+        if not self._steady or one.law.releases or period * d > _MOST_COORDINATES:
             return None
         rows_of_workspace = row_numbers(d, one.harmonics, q)
         work, segment = scratch.of(rows_of_workspace.total)
@@ -217,7 +217,7 @@ class PolynomialEquations:
             else:
                 own.event[:] = (NO_EVENT, 0, 0) if event is None else (EXTREMUM, *event)
             found = correct_orbit(
-                dimensions(d, one.damping_law), one.harmonics, rows_of_workspace, own, self.polynomials,
+                dimensions(d, one.law.name), one.harmonics, rows_of_workspace, own, self.polynomials,
                 call, probe, limits, work, segment)
             if found != OTHER_STEPS:
                 break

@@ -15,7 +15,7 @@ from gearchaos.flow.kernels.arrays import Harmonics, dimensions, new_workspace, 
 from gearchaos.flow.kernels.recording import new_segment
 from gearchaos.flow.kernels.sensitivity import SensitivityCall, advance_with_sensitivities
 from gearchaos.flow.step_tables import harmonics_of, parameter_array, rounded_counts, step_values, steps_in_parts
-from gearchaos.flow.system import SwitchedSystem, contact_states, min_steps_per_period
+from gearchaos.flow.system import DampingLaw, SwitchedSystem, contact_states, min_steps_per_period
 
 _MIN_RECORDS = 32  # least numbers of contact switches and of extrema of z that are recorded in a mesh period
 
@@ -54,7 +54,7 @@ class PeriodEquations:
     Attributes
     ----------
     dimension : int
-    damping_law : str
+    law : DampingLaw
     same_starts : bool
         As in `SwitchedSystem`.
     harmonics : Harmonics
@@ -77,7 +77,7 @@ class PeriodEquations:
     """
 
     dimension: int
-    damping_law: str
+    law: DampingLaw
     same_starts: bool
     harmonics: Harmonics
     parameters: np.ndarray
@@ -91,7 +91,7 @@ class PeriodEquations:
         parameters = parameter_array(system, bounded=False)
         sizes = (parameters.shape[1], system.levels.shape[1])
         none = Derivatives(*(np.zeros((system.points, 0, size)) for size in sizes))
-        return cls(system.dimension, system.damping_law, system.same_starts, harmonics_of(system), parameters,
+        return cls(system.dimension, system.law, system.same_starts, harmonics_of(system), parameters,
                    system.starts, min_steps_per_period(system), derivatives or none)
 
     @property
@@ -194,7 +194,7 @@ class SensitivityFlow:
     def __init__(self, system: SwitchedSystem | PeriodEquations, derivatives: Derivatives | None = None) -> None:
         own = system if isinstance(system, PeriodEquations) else PeriodEquations.of(system, derivatives)
         self._equations, self.dimension = own, own.dimension
-        self._dims = dimensions(own.dimension, own.damping_law)
+        self._dims = dimensions(own.dimension, own.law.name)
         self._rows = row_numbers(own.dimension, own.harmonics, own.derivatives.equations.shape[1])
         keys = list(zip(np.ceil(own.steps).tolist(), map(tuple, own.starts.tolist()), strict=True))
         index = {key: number for number, key in enumerate(dict.fromkeys(keys))}

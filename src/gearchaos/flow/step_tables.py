@@ -33,7 +33,7 @@ adding up the responses to all harmonics in every step."""
 def harmonics_of(system: SwitchedSystem) -> Harmonics:
     """The numbers of harmonics of a system, and the array offsets that depend on them."""
     return harmonics(system.dimension, system.f_cos.shape[1], system.chi_cos.shape[1], system.levels.shape[1],
-                     system.damping_law)
+                     system.law.name)
 
 
 def parameter_array(system: SwitchedSystem, bounded: bool) -> np.ndarray:
@@ -93,7 +93,7 @@ def tabulate(system: SwitchedSystem, parameters: np.ndarray, steps: Steps, count
     per_point = count if len(steps.entry) > count else 0  # 0 if all points use the same steps
     first, offsets = per_point * np.arange(system.points), harmonics_of(system)
     work = new_workspace(offsets.rows.total)
-    dims = dimensions(d, system.damping_law)
+    dims = dimensions(d, system.law.name)
     tabulate_steps(dims, parameters, offsets, steps.values, first, first_of_entry, tabulated, work, table)
     return table
 

@@ -7,6 +7,17 @@ from typing import Any, Protocol, Self
 import numpy as np
 
 
+class DampingLaw(Protocol):
+    """Where the mesh damping acts."""
+
+    @property
+    def name(self) -> str: ...  # the kernels' number follows from it: one of "always", "contact", "unilateral"
+    @property
+    def in_contact(self) -> bool: ...  # whether in contact alone
+    @property
+    def releases(self) -> bool: ...  # whether contact ends where its force does
+
+
 class SwitchedSystem(Protocol):
     """A batch of switched affine systems: P parameter points, d coordinates, H harmonics of the forcing, N levels and K
     harmonics of the stiffness.
@@ -45,8 +56,8 @@ class SwitchedSystem(Protocol):
         Harmonics of the stiffness, added to its level.
     damping : (P,)
         Damping coefficient in the mesh force, damping z' + χ (z − σ), whose extremes are measured.
-    damping_law : {"always", "contact", "unilateral"}
-        Where the mesh damping acts.
+    law : object
+        Where the mesh damping acts, with the fields of `DampingLaw`.
     velocity, velocity0, velocity_cos, velocity_sin : (P, d), (P,), (P, H), (P, H)
         The measured velocity: velocity · w + velocity0 + Σ_j (velocity_cos[j] cos jωτ + velocity_sin[j] sin jωτ).
     trace : (P,)
@@ -93,7 +104,7 @@ class SwitchedSystem(Protocol):
     @property
     def damping(self) -> np.ndarray: ...
     @property
-    def damping_law(self) -> str: ...
+    def law(self) -> DampingLaw: ...
     @property
     def velocity(self) -> np.ndarray: ...
     @property
@@ -191,7 +202,7 @@ class MeshForce(Protocol):
     """What of a `SwitchedSystem` says whether its flanks touch."""
 
     @property
-    def damping_law(self) -> str: ...
+    def law(self) -> DampingLaw: ...
     @property
     def levels(self) -> np.ndarray: ...
     @property
@@ -207,7 +218,7 @@ def contact_states(system: MeshForce, w: np.ndarray, points: np.ndarray) -> np.n
     released: z is beyond the boundary, but the force would pull.
     """
     side = (w[0] > 1).astype(float) - (w[0] < -1)
-    if system.damping_law != "unilateral":
+    if not system.law.releases:
         return side
     stiffness = system.levels[points, 0] + system.chi_cos[points].sum(axis=1)
     force = stiffness * (w[0] - side) + system.damping[points] * w[1]
@@ -217,7 +228,7 @@ def contact_states(system: MeshForce, w: np.ndarray, points: np.ndarray) -> np.n
 def _damped(system: SwitchedSystem) -> np.ndarray:
     """A, with the mesh damping that acts in contact, (P, d, d)."""
     A = system.A.copy()
-    if system.damping_law != "always":
+    if system.law.in_contact:
         A[:, :, 1] -= system.b * system.damping[:, None]
     return A
 
@@ -254,6 +265,6 @@ def bounds(system: SwitchedSystem) -> tuple[np.ndarray, np.ndarray]:
     spring = damping + system.b[:, 1] * stiffness_bound(system) * longest_step
     third = spring * second + (amplitudes * order * system.omega[:, None]).sum(axis=1)
     factors = np.maximum(np.abs(A[:, 1, :]), np.abs((A @ A)[:, 1, :]))
-    if system.damping_law != "always":
+    if system.law.in_contact:
         factors = np.maximum(factors, np.maximum(np.abs(damped[:, 1, :]), np.abs((damped @ damped)[:, 1, :])))
     return 2.0 * np.stack([second, third], axis=1), 2.0 * factors

@@ -77,6 +77,6 @@ def separation_margin(design: GearDesign, speeds: np.ndarray, torques: np.ndarra
         torque - separation_torque(
             speeds, teeth1=design.teeth[0], base_radius1=radius, stiffness=there.mesh_stiffness.reference,
             mass=there.equivalent_mass, damping_ratio=there.given("damping_ratio"), amplitudes=error.amplitudes,
-            phases=error.phases, unilateral=there.damping_law == "unilateral")
+            phases=error.phases, unilateral=there.law.releases)
         for torque in torques.tolist() for there in [design.at(speed=float(speeds.flat[0]), torque=torque)]
         for error in [there.mesh_error]])

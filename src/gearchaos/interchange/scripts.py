@@ -17,9 +17,6 @@ from gearchaos.model.coordinates import initial_state, initial_values, transmiss
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import quantity
 
-# The mesh force in Python, by damping law: from z', the spring force, and the side of the contact, 0 for none
-_FORCES = {"always": "2 * zeta * z_dot + spring", "contact": "2 * zeta * z_dot * abs(side) + spring",
-           "unilateral": "side * max(0.0, side * (2 * zeta * z_dot + spring))"}
 _TRAIN = "scipy_train.py.j2"
 # The template of each tool for which scripts are written:
 TEMPLATES = {"scipy": "scipy.py.j2", "dynamicalsystems.jl": "dynamicalsystems.jl.j2"}
@@ -68,14 +65,14 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
             raise InputError("tool", "must be scipy for a train", str(tool))
         return _train_script(found)
     found.stiffness.check_one_spring("a script")
-    if found.damping_law != "always" and tool != "scipy":
+    if found.law.in_contact and tool != "scipy":
         raise InputError("damping_law", "must be always for a script in Julia", found.damping_law,
                          "The script for SciPy, tool='scipy', has all damping laws; or set damping_law='always'.")
     names, wave, error = COORDINATES[found.kind], found.stiffness, found.error
     orders = [1, len(error.amplitudes), len(wave.harmonics()[0])]
     scales = found.gears.to_pair().scales if isinstance(found, OperatingModel) else None
     return _rendered(
-        TEMPLATES[tool], kind=found.kind, law=found.damping_law, force=_FORCES[found.damping_law],
+        TEMPLATES[tool], kind=found.kind, law=found.law,
         equation=f", {wave.equation}" * bool(wave.equation), series=bool(wave.families),
         constants=[(n, _list(v) if isinstance(v, tuple) else repr(v)) for n, v in wave.numbers().items()],
         **_steps(wave),

@@ -18,6 +18,7 @@ from gearchaos.model import (
     SCALARS,
     STIFFNESS_KINDS,
     SUPPORTS,
+    DampingLaw,
     HarmonicStiffness,
     MeshModel,
     Stiffness,
@@ -236,8 +237,8 @@ def from_sympy(symbolic: SymbolicModel) -> MeshModel:
         parts = {"error": TransmissionError(()), **parts}
     model, errors = MeshModel.of(kind, **scalars, **parts, initial=symbolic.initial), []
     force = symbolic.definitions.get(function("S"))
-    for law in sorted(DAMPING_LAWS, key=lambda law: force != _mesh_force(law)):
-        found = model.with_values({"damping_law": law})
+    for law in sorted(DAMPING_LAWS.values(), key=lambda law: force != _mesh_force(law)):
+        found = model.with_values({"damping_law": law.name})
         try:
             _check_equal(symbolic, to_sympy(found))
         except InputError as error:
@@ -270,7 +271,7 @@ def _definitions(model: MeshModel) -> dict[AppliedUndef, Any]:
     lateral = function("y1") - function("y2") if model.kind == "full" else 0
     relative = {} if model.kind == "single" else {z: function("x1") - function("x2") + lateral - function("epsilon")}
     return {
-        function("S"): _mesh_force(model.damping_law),
+        function("S"): _mesh_force(model.law),
         **relative,
         function("f"): sp.Piecewise((z - 1, z > 1), (z + 1, z < -1), (0, True)),
         function("chi"): _stiffness(model.stiffness),
@@ -278,14 +279,13 @@ def _definitions(model: MeshModel) -> dict[AppliedUndef, Any]:
     }
 
 
-def _mesh_force(law: str) -> Any:
+def _mesh_force(law: DampingLaw) -> Any:
     """The mesh force S of (2.5), whose damping may act in contact alone, or in a contact that never pulls."""
     sp, z = sympy(), function("z")
     force = 2 * symbol("zeta") * z.diff(symbol("tau")) + function("chi") * function("f")
-    if law == "always":
+    if not law.in_contact:
         return force
-    pushing = sp.Max(0, force), sp.Min(0, force)
-    front, back = pushing if law == "unilateral" else (force, force)
+    front, back = (sp.Max(0, force), sp.Min(0, force)) if law.releases else (force, force)
     return sp.Piecewise((front, z > 1), (back, z < -1), (0, True))
 
 

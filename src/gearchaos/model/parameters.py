@@ -17,6 +17,7 @@ import numpy as np
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.model.damping import DAMPING_LAWS, DEFAULT_LAW, SHARED_LAWS, Damped
 from gearchaos.model.stiffness import STIFFNESS_KINDS, Stiffness, TwoLevelStiffness, default_stiffness
 from gearchaos.model.waveforms import TransmissionError, harmonics, with_harmonics
 from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, parse, parse_harmonic
@@ -24,12 +25,6 @@ from gearchaos.validation import MAX_HARMONICS, to_float
 
 Kind = Literal["single", "torsional", "full"]
 KINDS: tuple[str, ...] = ("single", "torsional", "full")
-DAMPING_LAWS: dict[str, str] = {
-    "always": "also across the gap", "contact": "in contact alone",
-    "unilateral": "in contact alone, never pulling"}
-"""Where the mesh damping acts, in words."""
-DEFAULT_LAW = "always"  # as in the paper
-DEFAULT_LAW_OF_GEARS = "contact"  # nothing brakes a wheel of steel across the open gap
 
 _TORSION = ("x1", "x1_dot", "x2", "x2_dot")
 COORDINATES: dict[str, tuple[str, ...]] = {
@@ -91,7 +86,7 @@ def check_is_pair(model: Any, what: str) -> None:
 
 
 @dataclass(frozen=True)
-class MeshModel(HasCard):
+class MeshModel(Damped, HasCard):
     """A gear pair in dimensionless form, (2.12)-(2.18).
 
     Parameters
@@ -176,9 +171,10 @@ class MeshModel(HasCard):
         for name, (type_, rule, advice) in _PARTS.items():
             if not isinstance(value := getattr(self, name), type_):
                 raise InputError(name, rule, value, advice)
-        if self.stiffness.shared and self.damping_law == "unilateral":
-            raise InputError("damping_law", "must be always or contact where tooth pairs share the load", "unilateral",
-                             "The mesh has one damper; a pair that never pulls would need one of its own.")
+        if self.stiffness.shared and self.law.releases:
+            raise InputError("damping_law", f"must be {' or '.join(SHARED_LAWS)} where tooth pairs share the load",
+                             self.damping_law, "The mesh has one damper; a pair that never pulls would need one of its "
+                             "own.")
         initial = {}
         for name, value in self.initial.items():
             check_state_name(self.kind, name)

@@ -23,6 +23,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.model.contacts import MeshContacts, OneSidedContacts, wrapped
+from gearchaos.model.damping import DampingLaw
 from gearchaos.model.parameters import COORDINATES, STATE_NAMES, check_has_effect, check_initial_consistent
 from gearchaos.model.stiffness import ToothPairStiffness
 from gearchaos.quantities import parse_harmonic
@@ -113,7 +114,7 @@ class SwitchedAffine:
     mean_velocity: np.ndarray  # (P,), mean of x1' over a steady motion; 0 without bearing friction
     rotation_decay: np.ndarray  # (P,), rate at which friction leads to that velocity; 0 if it is not in the state
     damping: np.ndarray  # (P,), 2ζ, the factor of z' in the mesh force
-    damping_law: str  # where that acts: always, in contact, or unilateral
+    law: DampingLaw  # where that acts
     static_force: np.ndarray  # (P, K), mean of the force of each mesh, 2ζz' + χ f(z), over a steady motion
     contacts: MeshContacts | None = None  # in the place of the one spring: of tooth pairs, or of several meshes
 
@@ -140,7 +141,7 @@ class SwitchedAffine:
         """What contact of each mesh adds to the trace while it lasts, (P, K)."""
         if (several := self.contacts) is not None:
             return -np.einsum("pki,ki->pk", several.pushes, several.rates) * several.damping * several.in_contact
-        return (-self.b[:, 1] * self.damping * (self.damping_law != "always"))[:, None]
+        return (-self.b[:, 1] * self.damping * self.law.in_contact)[:, None]
 
     def take(self, index: np.ndarray) -> SwitchedAffine:
         """The systems of the points with these indices (N,), in that order."""
@@ -157,7 +158,7 @@ def reversed_in_time(system: SwitchedAffine) -> SwitchedAffine:
     """
     sign = velocity_signs(system.names)
     return replace(
-        system, damping=system.damping if system.damping_law == "always" else -system.damping,
+        system, damping=-system.damping if system.law.in_contact else system.damping,
         A=-sign[:, None] * system.A * sign, b=-sign * system.b, f0=-sign * system.f0, f_sin=-system.f_sin,
         chi_sin=-system.chi_sin, levels=np.ascontiguousarray(system.levels[:, ::-1]),
         starts=np.hstack([np.zeros((system.points, 1)), 1.0 - system.starts[:, :0:-1]]),
@@ -254,7 +255,7 @@ def switched_system(batch: Any, names: tuple[str, ...] | None = None) -> Switche
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
         levels=levels, starts=starts, same_starts=all(np.ndim(start) == 0 for start, _ in parts),
         chi_cos=(a * np.cos(p)).T, chi_sin=(a * np.sin(p)).T, damping=2 * rows["zeta"], static_force=static_force,
-        damping_law=batch.model.damping_law, **_velocity(rows),
+        law=batch.model.law, **_velocity(rows),
         contacts=None if pairs is None else _contacts_of_pairs(rows, pairs))
 
 
@@ -265,7 +266,7 @@ def _contacts_of_pairs(rows: _Rows, pairs: OneSidedContacts) -> MeshContacts:
     return MeshContacts(
         names=(), front=np.ones(1), rows=np.eye(d)[None, 0],
         rates=np.eye(d)[None, 1], pushes=rows.b[:, None], damping=2 * rows["zeta"][:, None],
-        in_contact=np.array([rows.batch.model.damping_law != "always"]), meshes=np.zeros(len(pairs.sides), np.int64),
+        in_contact=np.array([rows.batch.model.law.in_contact]), meshes=np.zeros(len(pairs.sides), np.int64),
         sides=pairs.sides, edges=pairs.edges, stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]),
         orders=rows.order, f_cos=harmonics[0], f_sin=harmonics[1])
 
@@ -303,7 +304,7 @@ class _Rows:
 
     def add_force(self, row: int, factor: np.ndarray | float) -> None:
         """Add the mesh force S = 2ζz' + χ f(z), (2.5), times a factor to the right side of one row."""
-        if self.batch.model.damping_law == "always":
+        if not self.batch.model.law.in_contact:
             self.A[:, row, 1] += 2 * self["zeta"] * factor
         self.b[:, row] -= factor
 

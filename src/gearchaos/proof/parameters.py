@@ -30,7 +30,7 @@ def check_provable(model: MeshModel) -> None:
     """Raise `InputError` unless the mesh is one spring and its damping acts always, as in the equations of proofs."""
     check_is_pair(model, "a proof")
     model.stiffness.check_one_spring("a proof")
-    if model.damping_law != "always":
+    if model.law.in_contact:
         raise InputError("damping_law", "must be always for a proof", model.damping_law,
                          "Proofs need a right side that is continuous at a contact switch. Classify the motion of this "
                          "model without a proof, or set damping_law='always', --set damping_law=always, and prove that "

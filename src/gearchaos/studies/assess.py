@@ -11,7 +11,6 @@ from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.gears.design.values import method_in_words
 from gearchaos.gears.operating import AnyModel, as_model, gears_of, is_design
-from gearchaos.model import DAMPING_LAWS
 from gearchaos.studies.axis import Axis
 from gearchaos.studies.beside_factors import peak_root_stress
 from gearchaos.studies.criteria import SPACING, STARTS, Criteria
@@ -116,11 +115,11 @@ class Assessment:
     def assumptions(self) -> list[str]:
         """What the answer rests on, and what it leaves out."""
         gears, first = self.gears, self.at[0]
-        out = [f"mesh damping {DAMPING_LAWS[as_model(gears).damping_law]}"]
+        out = [f"mesh damping {as_model(gears).law.words}"]
         if is_design(gears):
             out = [f"mesh stiffness {method_in_words(gears.stiffness)}",
                    f"transmission error: {first.transmission_error}",
-                   f"damping ratio {gears.damping_ratio:g} {DAMPING_LAWS[gears.damping_law]}", *gears.assumptions]
+                   f"damping ratio {gears.damping_ratio:g} {gears.law.words}", *gears.assumptions]
             out.append(f"load sharing: {gears.sharing_in_words}")
         if self.like_teeth:
             out.append("all teeth are taken to be alike: faults, pitch errors and eccentricity are left out")

@@ -14,7 +14,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS, root_stress
 from gearchaos.gears.operating import gears_from_json, gears_of, is_design
 from gearchaos.gears.units import measured
-from gearchaos.model import DAMPING_LAWS, MeshModel
+from gearchaos.model import MeshModel
 from gearchaos.studies.quasi_static import quasi_static_ratio, ratio_in_words
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def beside_factors(model: MeshModel, varied: Iterable[str] = (), factor: float |
     The root stress is that at this one, of the whole mesh force. The quasi-static ratio is left out where it is 1 or
     none, or something that it depends on is varied: a parameter of the stiffness, and of tooth pairs also the load.
     """
-    found = {"mesh damping": DAMPING_LAWS[model.damping_law]}
+    found = {"mesh damping": model.law.words}
     if model.kind == "train":
         return found
     load = ("q0", "q1", "q2", "torque") if model.stiffness.shared else ()

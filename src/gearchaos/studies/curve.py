@@ -96,10 +96,10 @@ class Curve(FollowingStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.event == GRAZE and self.model.damping_law == "unilateral":
+        if self.event == GRAZE and self.model.law.releases:
             raise InputError("event", "must not be a graze where contact ends with its force", self.event,
-                             "With the damping law unilateral it is a border collision, which has no curve here. The "
-                             "law contact has curves of grazes.")
+                             f"With the damping law {self.model.damping_law} it is a border collision, which has no "
+                             "curve here. The law contact has curves of grazes.")
         check_inside(self._family.model, self.x, self.y)
 
     @cached_property

@@ -135,7 +135,7 @@ class PairsAtSpeeds:
         error[:known] = (amplitude * np.exp(-1j * phase))[:known, points]
         inertia = rate * lines[:, 1] - forcing - np.einsum("li,hil->hl", system.A[points, 1], lines)
         force = -inertia / system.b[points, 1]
-        if system.damping_law == "always":  # the damping is a part of A
+        if not system.law.in_contact:  # the damping is a part of A
             force += system.damping[points] * lines[:, 1]
         relative = relative_rotation(system.names, np.moveaxis(lines, 1, 2), error)
         found = {"mesh force": force * self.scales.stiffness, "deflection": lines[:, 0], "transmission error": relative,

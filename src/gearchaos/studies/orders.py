@@ -349,7 +349,7 @@ def force_by_motion(system: SwitchedAffine, samples: np.ndarray) -> np.ndarray |
     forcing[0] = len(w) * system.f0[0]
     if contacts is None:
         pushes, rates, number = system.b[:1], np.eye(d)[1:2], np.arange(1, system.f_cos.shape[1] + 1)
-        damping = system.damping[:1] * (system.damping_law == "always")
+        damping = system.damping[:1] * (not system.law.in_contact)
         waves = (system.f_cos[0] - 1j * system.f_sin[0])[:, None] * np.eye(d)[1]
     else:
         pushes, rates, number = contacts.pushes[0], contacts.rates, contacts.orders

@@ -65,7 +65,7 @@ def _peak_after(system: SwitchedAffine, before: float, after: float) -> float:
         overshoot = math.exp(-2 * damping * math.acos(damping) / math.sqrt(1 - damping**2))
         return static * (after / before if after > before else 1 + (1 - after / before) * overshoot)
     (e0, e1), b, f0 = np.eye(system.dimension)[:2], system.b[0], system.f0[0]
-    A = system.A[0] - (system.damping_law != "always") * system.damping[0] * np.outer(b, e1)  # in contact
+    A = system.A[0] - system.law.in_contact * system.damping[0] * np.outer(b, e1)  # in contact
     start, rest = (np.linalg.solve(A - c * np.outer(b, e0), -f0 - c * b) for c in (before, after))
     rates, modes = np.linalg.eig(A - after * np.outer(b, e0))
     force = after * e0 + system.damping[0] * e1  # the row that gives the mesh force

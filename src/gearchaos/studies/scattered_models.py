@@ -337,7 +337,7 @@ def in_contact(system: SwitchedAffine, vibrating: bool) -> np.ndarray:
     mean = (durations * system.levels).sum(axis=1)
     spring = np.zeros((P, d))
     spring[:, 0] = mean
-    if system.damping_law != "always":
+    if system.law.in_contact:
         spring[:, 1] = system.damping
     A = system.A - system.b[:, :, None] * spring[:, None, :]
     out = -np.linalg.solve(A, (system.f0 + system.b * mean[:, None])[:, :, None])[..., 0]

@@ -153,15 +153,6 @@ def _bounded(w: np.ndarray) -> np.ndarray:
     return np.where(kept[..., None], w, np.nan)
 
 
-_FORCE_COMMENTS = {
-    "always": "2 zeta z' + chi f(z): the damping part acts in every contact state, so the force is not 0 while the "
-              "teeth are apart. Contact is the variable contact.",
-    "contact": "2 zeta z' + chi f(z) in contact, 0 while the teeth are apart; it may pull before contact ends.",
-    "unilateral": "2 zeta z' + chi f(z) in contact, which ends where this is 0.",
-}
-"""Attribute ``comment`` of ``mesh_force``, by damping law."""
-
-
 def train_contacts(model: Any, system: SwitchedAffine) -> MeshContacts | None:
     """The contacts of a train; None for a pair."""
     return system.contacts if model.kind == "train" else None
@@ -188,7 +179,7 @@ def mesh_forces(system: SwitchedAffine, w: np.ndarray, contact: np.ndarray, shar
     level = system.levels[0, np.searchsorted(system.starts[0], share, side="right") - 1]
     stiffness = level + np.cos(angle) @ system.chi_cos[0] + np.sin(angle) @ system.chi_sin[0]
     force = system.damping[0] * w[:, 1] + stiffness * backlash(w[:, 0])
-    return (force if system.damping_law == "always" else force * (contact != 0))[:, None]
+    return (force * (contact != 0) if system.law.in_contact else force)[:, None]
 
 
 def _trajectory(
@@ -217,7 +208,7 @@ def _trajectory(
     contact = np.nan_to_num(flat[:, -1]).astype(np.int8)
     values["mesh_force"] = mesh_forces(system, flat[:, :-1], contact, share)[:, 0]
     data = {n: variable(n, ("tau",), v) for n, v in values.items()}
-    data["mesh_force"].attrs["comment"] = _FORCE_COMMENTS[model.damping_law]
+    data["mesh_force"].attrs["comment"] = model.law.comment
     data["contact"] = variable("contact", ("tau",), contact, coded=False)
     data["tau"] = variable("tau", ("tau",), tau)
     return data

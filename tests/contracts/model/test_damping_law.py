@@ -135,7 +135,7 @@ def test_the_datasheet_says_where_damping_acts(law, tmp_path, monkeypatch):
     (tmp_path / "design.toml").write_text(DESIGN)
     found = said("gear", tmp_path / "design.toml", "--torque", 50, "--speed", "9000:9100:2", "--set",
                  f"damping_law={law}")
-    assert f"ζ 0.05 {DAMPING_LAWS[law]}: vary each" in found
+    assert f"ζ 0.05 {DAMPING_LAWS[law].words}: vary each" in found
     assert ("damping that ends with contact" in found) == (law == "always")
 
 

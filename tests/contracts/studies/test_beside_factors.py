@@ -41,7 +41,7 @@ def design(tmp_path):
 @laws
 def test_of_two_levels_the_ratio_is_that_of_the_stiffnesses(law):
     found = beside_factors(gc.MeshModel.of(**LOADED, damping_law=law))
-    assert found == {"mesh damping": DAMPING_LAWS[law], "quasi-static ratio": f"{1.25 / 0.75:.3g}"}
+    assert found == {"mesh damping": DAMPING_LAWS[law].words, "quasi-static ratio": f"{1.25 / 0.75:.3g}"}
 
 
 @pytest.mark.parametrize(("changes", "varied"), [({"q0": 0.0}, ()), ({}, ("chi1",)), ({"chi0": 0.0}, ())])
@@ -53,7 +53,7 @@ def test_no_ratio_is_named_without_load_or_jump_or_where_it_is_varied(changes, v
 @laws
 def test_pictures_name_both(law):
     model = gc.MeshModel.of(**LOADED, damping_law=law)
-    words = f"mesh damping {DAMPING_LAWS[law]}, quasi-static ratio 1.67"
+    words = f"mesh damping {DAMPING_LAWS[law].words}, quasi-static ratio 1.67"
     along = gc.bifurcation(model, "omega=0.8:1:3", points=0)
     assert words in flat(gc.plot.response(along, "dynamic_factor").get_ylabel())
     assert "damping" not in gc.plot.response(along, "v_rms").get_ylabel()
@@ -67,7 +67,7 @@ def test_pictures_name_both(law):
 def test_the_picture_beside_standards_names_the_law(law, design):
     gears = gc.studyfile.load_design(design, {"damping_law": law})
     ax = gc.plot.dynamic_factor(gc.dynamic_factor(gears, "1000:2000:2", "100 N*m"))
-    assert ax.get_legend().get_title().get_text() == f"mesh damping {DAMPING_LAWS[law]}"
+    assert ax.get_legend().get_title().get_text() == f"mesh damping {DAMPING_LAWS[law].words}"
     assert "quasi-static ratio" in [text.get_text() for text in ax.texts]
 
 
@@ -80,7 +80,7 @@ def test_large_factors_leave_room_for_those_of_the_standards(design):
 
 @laws
 def test_prints_and_cards_name_both(law):
-    words, model = DAMPING_LAWS[law], gc.MeshModel.of(**LOADED, damping_law=law)
+    words, model = DAMPING_LAWS[law].words, gc.MeshModel.of(**LOADED, damping_law=law)
     both = (f"mesh damping {words}", "quasi-static ratio 1.67")
     sets = [part for name, value in (*LOADED.items(), ("damping_law", law)) for part in ("--set", f"{name}={value}")]
     assert f"dynamic factor: {', '.join(both)}" in flat(ask("attractors", "--starts", "4", *sets).stdout)

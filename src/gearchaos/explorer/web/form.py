@@ -115,7 +115,7 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
         Menu("preset", "Preset", (("", "choose a figure of the paper …"), *first, *figures)),
         Menu("kind", "Model", tuple((k, _KINDS[k]) for k in KINDS)),
         Menu("stiffness", "Mesh stiffness", tuple((s, s) for s in STIFFNESS_KINDS)),
-        Menu("damping_law", "Mesh damping", tuple(DAMPING_LAWS.items())),
+        Menu("damping_law", "Mesh damping", tuple((law.name, law.words) for law in DAMPING_LAWS.values())),
     )
     buttons = (_UNITS,) if gears is not None else ()
     values = field_values(view)

@@ -89,8 +89,8 @@ class Drawing(Inputs):
             return f"the contact ratio is {self.geometry.contact_ratio:.4g}, and tooth pairs need 1 to 4"
         if self._one_pair is None:
             return "a table has the stiffness of all pairs together"
-        if self.damping_law == "unilateral":
-            return "with the damping law unilateral each tooth pair would need a damper of its own"
+        if self.law.releases:
+            return f"with the damping law {self.damping_law} each tooth pair would need a damper of its own"
         return ""
 
     @property

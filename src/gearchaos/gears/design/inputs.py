@@ -21,7 +21,7 @@ from gearchaos.gears.train.teeth import Fault
 from gearchaos.gears.transmission_error import Quality
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
-from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS
+from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, Damped
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 TEETH = two(values.tooth_count, "must be a list of two numbers of teeth")
@@ -29,7 +29,7 @@ _LENGTHS, _POSITIVE_LENGTHS = two(one(LENGTH, NOT_NEGATIVE)), two(one(LENGTH, PO
 
 
 @dataclass(frozen=True, kw_only=True)
-class Inputs:
+class Inputs(Damped):
     """The inputs of a `gearchaos.GearDesign`, which describes and checks them; kept in SI, speeds in rpm. Each field
     says how its value is read, and what to write where a result needs it and it was left out.
     """

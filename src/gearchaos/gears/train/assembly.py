@@ -13,6 +13,7 @@ from gearchaos.gears.train.structure import RANK, Element, Structure, Value, mea
 from gearchaos.gears.train.teeth import uneven_contacts
 from gearchaos.gears.units import RPM
 from gearchaos.model.contacts import MeshContacts, OneSidedContacts
+from gearchaos.model.damping import ALWAYS, CONTACT
 from gearchaos.model.switched import SwitchedAffine
 
 _SAME = 1e-9  # relative difference of instants and errors that coincide
@@ -115,7 +116,7 @@ class Assembly:
         rows, pushes, offsets = self._flanks()
         rates = np.roll(rows, 1, axis=1)  # the rate of a deflection follows it
         damping = np.stack([self.damping(element) for element in found.contacts], axis=1)
-        in_contact = np.array([element.mesh is None or (element.mesh.damping_law or found.train.damping_law) != "always"
+        in_contact = np.array([element.mesh is None or found.train.law_of(element.mesh).in_contact
                                for element in found.contacts])
         A -= np.einsum("pki,pk,kj->pij", pushes, damping * ~in_contact, rates)
         size = np.full(d, units.length * units.rate)
@@ -133,7 +134,7 @@ class Assembly:
             levels=np.ones((points, 2)), starts=np.array([[0.0, 0.5]] * points), same_starts=True,
             chi_cos=flat, chi_sin=flat, velocity=np.tile(np.eye(d)[1], (points, 1)), velocity0=none,
             velocity_cos=over_time, velocity_sin=over_time, mean_velocity=none, rotation_decay=none,
-            damping=made.damping[:, 0], damping_law="contact" if in_contact.any() else "always",
+            damping=made.damping[:, 0], law=CONTACT if in_contact.any() else ALWAYS,
             static_force=self.static[:, : len(rows)] / units.force, contacts=made)
 
     def _without_elements(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

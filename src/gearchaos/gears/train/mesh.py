@@ -14,9 +14,9 @@ from gearchaos.gears import units
 from gearchaos.gears.fields import Record, convert_fields, each, name_of, one, read_by, record, two
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.tooth_pairs import PairsAlone, ToothPairs
-from gearchaos.gears.train.parts import JOINED, LAWS, ends_of, part_name, terms
+from gearchaos.gears.train.parts import JOINED, ends_of, part_name, terms
 from gearchaos.gears.train.teeth import Fault, as_pairs, check_faults, check_pitch, uneven_wheels
-from gearchaos.model import HarmonicStiffness, SteppedStiffness, ToothPairStiffness, TwoLevelStiffness
+from gearchaos.model import SHARED_LAWS, HarmonicStiffness, SteppedStiffness, ToothPairStiffness, TwoLevelStiffness
 from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 from gearchaos.validation import to_floats
@@ -215,7 +215,7 @@ class Mesh:
     pitch_errors: Any = field(default=None, metadata=read_by(two(each(units.LENGTH), "must be a list of two lists")))
     contact_ratio: Any = field(default=None, metadata=read_by(_ratio))
     phase: Any = field(default=0.0, metadata=read_by(one(units.ANGLE)))
-    damping_law: Any = field(default=None, metadata=read_by(name_of(*LAWS)))
+    damping_law: Any = field(default=None, metadata=read_by(name_of(*SHARED_LAWS)))
     internal: bool = False
     line_of_action: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
     pressure_angle: Any = field(default=None, metadata=read_by(one(units.ANGLE, POSITIVE)))

@@ -26,6 +26,7 @@ from gearchaos.model.coordinates import (
     to_physical,
     transmission_error_at_start,
 )
+from gearchaos.model.damping import CONTACT, DampingLaw
 from gearchaos.model.switched import Batch, SwitchedAffine, coordinates, switched_system, vary
 from gearchaos.quantities import parameter_owner
 from gearchaos.validation import check, to_float
@@ -100,10 +101,10 @@ class TrainModel(HasCard):
         return tuple(element.name for element in structure(self.train).contacts)
 
     @property
-    def damping_law(self) -> str:
-        """The damping law of the meshes, "contact" where they differ."""
-        laws = {mesh.damping_law or self.train.damping_law for mesh in self.train.meshes}
-        return laws.pop() if len(laws) == 1 else "contact"
+    def law(self) -> DampingLaw:
+        """The damping law of the meshes, `CONTACT` where they differ."""
+        laws = set(map(self.train.law_of, self.train.meshes))
+        return laws.pop() if len(laws) == 1 else CONTACT
 
     @property
     def omega(self) -> float:

@@ -24,13 +24,11 @@ from gearchaos.gears.fields import (
     record,
     record_values,
 )
-from gearchaos.model import DAMPING_LAWS
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 GROUND = "ground"
 """The name of the housing in the ends of a shaft."""
 
-LAWS = tuple(law for law in DAMPING_LAWS if law != "unilateral")
 JOINED = {"shaft": "-", "mesh": "/"}  # between the names of both ends in the name of a part
 _MOST_ORDER = 1000  # largest order of an excitation, and largest denominator of one
 Part = TypeVar("Part")

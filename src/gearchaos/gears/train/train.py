@@ -19,10 +19,10 @@ from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
 from gearchaos.gears.pair import GearPair, Scales
 from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
 from gearchaos.gears.train.mesh import STEPS, Mesh, SeriesStiffness
-from gearchaos.gears.train.parts import GROUND, LAWS, Body, Shaft, Units, field_of, parts
+from gearchaos.gears.train.parts import GROUND, Body, Shaft, Units, field_of, parts
 from gearchaos.gears.train.ratios import steady_ratios
 from gearchaos.gears.train.structure import units_of
-from gearchaos.model import DEFAULT_LAW_OF_GEARS
+from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, SHARED_LAWS, Damped, DampingLaw
 from gearchaos.quantities import POSITIVE, parameter_owner
 
 MOST_CYCLES = 2000
@@ -32,7 +32,7 @@ BALANCE = 1e-6  # largest mean torque left over, relative to the sum of all
 
 
 @dataclass(frozen=True, kw_only=True)
-class Train(HasCard):
+class Train(Damped, HasCard):
     """A gear train: bodies, shafts and meshes with play, in SI.
 
     Angles are deviations from the steady rotation, which follows from the numbers of teeth. The first body's turn is
@@ -77,7 +77,7 @@ class Train(HasCard):
     bodies: Any = field(metadata=read_by(parts(Body)))
     meshes: Any = field(metadata=read_by(parts(Mesh)))
     shafts: Any = field(default=(), metadata=read_by(parts(Shaft)))
-    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*LAWS)))
+    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*SHARED_LAWS)))
     reference: Any = field(default=None, metadata=read_by(record(Units)))
 
     @classmethod
@@ -133,6 +133,10 @@ class Train(HasCard):
     def body(self, name: str) -> Body:
         """The body of this name."""
         return next(body for body in self.bodies if body.name == name)
+
+    def law_of(self, mesh: Mesh) -> DampingLaw:
+        """Where the damping of a mesh acts."""
+        return DAMPING_LAWS[mesh.damping_law or self.damping_law]
 
     def _check_names(self) -> None:
         """Raise `InputError` for a name that two parts have, or that is of none."""
