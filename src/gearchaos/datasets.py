@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import json
 import os
@@ -21,7 +20,7 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, UFF_SUFFIXES, check_target, write_bytes
 from gearchaos.gears.operating import gears_json, gears_of
-from gearchaos.model import STIFFNESS_KINDS, MeshModel, TransmissionError
+from gearchaos.model import STIFFNESS_KINDS, GearModel, MeshModel, TransmissionError
 from gearchaos.proof.certificate import REASON_CODES, Proved
 from gearchaos.quantities import RESPONSES, parse, quantity
 from gearchaos.uff_files import save_uff
@@ -126,14 +125,9 @@ def with_primes(names: Sequence[str]) -> list[str]:
     return [name + "′" * list(names[:i]).count(name) for i, name in enumerate(names)]
 
 
-def model_json(model: MeshModel) -> str:
+def model_json(model: GearModel) -> str:
     """All fields of a model as JSON, from which `model_from_json` makes an equal model."""
-    if model.kind == "train":
-        return json.dumps({"train": dataclasses.asdict(model.train), "initial": dict(model.initial)}, sort_keys=True)
-    values = {f.name: getattr(model, f.name) for f in dataclasses.fields(MeshModel)}
-    parts = {"error": dataclasses.asdict(model.error), "stiffness": model.stiffness.record(),
-             "stiffness_kind": model.stiffness.kind, "initial": dict(model.initial)}
-    return json.dumps(values | parts, sort_keys=True)
+    return json.dumps(model.record(), sort_keys=True)
 
 
 def model_from_json(text: str) -> MeshModel:

@@ -14,7 +14,6 @@ from gearchaos.continuation.orbit import Orbit
 from gearchaos.continuation.saddles import EdgeState
 from gearchaos.datasets import gridded_variable, motions
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import OperatingModel
 from gearchaos.plot import MOTION_CLASSES, attractor_names, motion_class
 from gearchaos.plot.classes import NO_CLASS
 from gearchaos.plot.diagrams import density
@@ -51,7 +50,7 @@ def _verdict(verdict: Verdict) -> Card:
         rows.append(("contact", verdict.contact))
     model = verdict.model
     point = f"{model.kind}, ω = {model.omega:.6g}"
-    if model.kind == "train" or isinstance(model, OperatingModel):
+    if model.is_operated:
         point += f", {model.value('speed'):.6g} rpm, {model.value('torque'):.6g} N m"
     rows.append(("operating point", point))
     trajectory, picture = None, ""

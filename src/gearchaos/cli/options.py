@@ -120,8 +120,8 @@ def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] 
     loaded = load_study(study, parse_set(sets or []), axes=axes)
     for text in loaded.warnings:
         say(f"warning: {text}")
-    if loaded.model.kind == "train":
-        say(textwrap.fill(loaded.model.in_words, 80, subsequent_indent="  ", break_on_hyphens=False))
+    if words := loaded.model.in_words:
+        say(textwrap.fill(words, 80, subsequent_indent="  ", break_on_hyphens=False))
     return loaded
 
 

@@ -111,5 +111,5 @@ _WHY = {GOES_ON: "the branch before goes on", NOT_PERIODIC: "not from a branch, 
 
 def _steps_of_train(model: Any) -> str:
     """How often the speed of a run changes, where that is not with each mesh cycle."""
-    cycles = max(model.train.cycles.values(), default=1) if model.kind == "train" else 1
+    cycles = max(model.cycles.values(), default=1)
     return f" The speed changes after every {cycles} mesh cycles, when all repeats." * (cycles > 1)

@@ -94,9 +94,10 @@ def section_document(found: Found) -> dict[str, Any]:
 
 def _of_meshes(found: Found) -> dict[str, Any]:
     """Of a train, the deflections of the meshes in m, and their rates in m/s, at the end of each common period."""
-    if found.loaded.model.kind != "train":
+    model: Any = found.loaded.model
+    if not model.mesh_names:
         return {}
-    units, section = found.loaded.model.units, found.plain
+    units, section = model.units, found.plain
     of = {"deflection": units.length, "deflection_rate": units.length * units.rate}
     return {"meshes": {name: {n: (section[f"section_{n}"].values[:, m] * unit).tolist() for n, unit in of.items()}
                        for m, name in enumerate(section["mesh"].values.tolist())}}
@@ -249,7 +250,7 @@ def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
             table.add_row(f"swept {way}", "none" if end is None else names[end])
     print_table(table)
     if any(a["dynamic_factor"] is not None for a in found["attractors"]):
-        words: list[str] = ["of the worst mesh, as the contact is"] if model.kind == "train" else []
+        words: list[str] = ["of the worst mesh, as the contact is"] if model.mesh_names else []
         if root := root_of_model(model, 1.0):
             words.append(f"root stress {measured(max(root), 3)} N/mm² times it")
         beside = ", ".join([*words, *map(" ".join, beside_factors(model).items())])

@@ -8,14 +8,14 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, TypeAlias, TypeGuard
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self, TypeAlias, TypeGuard
 
 import numpy as np
 
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.units import RPM, SPEED, TORQUE, to_si
-from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect
+from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, GearModel, MeshModel, has_effect
 from gearchaos.quantities import OPERATION
 from gearchaos.validation import check, to_float
 
@@ -47,6 +47,7 @@ class Gears(Protocol):
 class OperatingModel(MeshModel):
     """A model of gears at its operating point, with two more parameters: speed, rpm, and torque, N m, of wheel 1."""
 
+    is_operated: ClassVar[bool] = True
     gears: Any = None
 
     def __hash__(self) -> int:
@@ -256,7 +257,7 @@ def as_model(model: Any) -> MeshModel:
         for text in dict.fromkeys((*model.warnings, *found.gears.warnings)):
             warnings.warn(text, DesignWarning, stacklevel=1)  # one place for all studies: Python shows each text once
         return found
-    if not isinstance(model, MeshModel) and getattr(model, "kind", "") != "train":
+    if not isinstance(model, GearModel):
         rule = "must be a MeshModel, a GearPair, a GearDesign or a Train"
         raise InputError("model", rule, f"a {type(model).__name__}", "E.g. gearchaos.MeshModel.of(omega=1, eps1=0.1).")
-    return model
+    return model  # type: ignore[return-value]

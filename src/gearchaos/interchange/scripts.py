@@ -60,7 +60,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     if str(tool) not in TEMPLATES:
         raise unknown_name("tool", str(tool), TEMPLATES)
     found = as_model(model)
-    if found.kind == "train":
+    if found.mesh_names:
         if tool != "scipy":
             raise InputError("tool", "must be scipy for a train", str(tool))
         return _train_script(found)

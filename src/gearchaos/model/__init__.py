@@ -1,5 +1,6 @@
 """The dimensionless equations of a gear mesh: parameters, waveforms, batches, coordinates, the switched affine form."""
 
+from gearchaos.model.base import GearModel
 from gearchaos.model.damping import DAMPING_LAWS, DEFAULT_LAW, DEFAULT_LAW_OF_GEARS, SHARED_LAWS, Damped, DampingLaw
 from gearchaos.model.parameters import (
     COORDINATES,
@@ -11,7 +12,6 @@ from gearchaos.model.parameters import (
     check_is_pair,
     check_state_name,
     has_effect,
-    known_names,
     mesh_stiffness,
     state_names,
     transmission_error,
@@ -35,7 +35,7 @@ from gearchaos.validation import check
 __all__ = [
     "COORDINATES", "DAMPING_LAWS", "DEFAULT_LAW", "DEFAULT_LAW_OF_GEARS", "KINDS", "MAX_LEVELS", "PARAMETER_PAIRS",
     "SCALARS", "SHARED_LAWS", "STIFFNESS_FORMS", "STIFFNESS_KINDS", "SUPPORTS", "Batch", "Damped", "DampingLaw",
-    "HarmonicStiffness", "MeshModel", "SteppedStiffness", "Stiffness", "ToothPairStiffness", "TransmissionError",
-    "TwoLevelStiffness", "backlash", "check", "check_is_pair", "check_state_name", "default_stiffness", "has_effect",
-    "known_names", "mesh_stiffness", "state_names", "transmission_error", "vary",
+    "GearModel", "HarmonicStiffness", "MeshModel", "SteppedStiffness", "Stiffness", "ToothPairStiffness",
+    "TransmissionError", "TwoLevelStiffness", "backlash", "check", "check_is_pair", "check_state_name",
+    "default_stiffness", "has_effect", "mesh_stiffness", "state_names", "transmission_error", "vary",
 ]

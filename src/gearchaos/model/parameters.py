@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cache
 from types import MappingProxyType
 from typing import Any, Literal, Self
 
 import numpy as np
 
-from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.model.base import GearModel
 from gearchaos.model.damping import DAMPING_LAWS, DEFAULT_LAW, SHARED_LAWS, Damped
 from gearchaos.model.stiffness import STIFFNESS_KINDS, Stiffness, TwoLevelStiffness, default_stiffness
 from gearchaos.model.waveforms import TransmissionError, harmonics, with_harmonics
@@ -37,11 +37,6 @@ SCALARS: tuple[str, ...] = tuple(q.name for q in PARAMETERS if not q.members)
 """Names of the scalar parameters, in the order of the fields of `MeshModel`."""
 
 SUPPORTS = ("mu", "kappa", "zeta_support")  # the families of parameters of lateral motion
-
-def known_names(model: MeshModel) -> tuple[str, ...]:
-    """All names by which a value of this model can be set; of the harmonics only the first of each family."""
-    pairs = (q.name for q in PARAMETERS if q.members)
-    return (*SCALARS, *pairs, *model.stiffness.parameter_names(), "eps1", "theta1", *state_names(model.kind))
 
 
 def state_names(kind: str) -> tuple[str, ...]:
@@ -78,15 +73,15 @@ def has_effect(name: str, kind: str) -> bool:
     return kind == "full" if family in SUPPORTS else not (family == "beta" and kind == "single")
 
 
-def check_is_pair(model: Any, what: str) -> None:
+def check_is_pair(model: GearModel, what: str) -> None:
     """Raise `InputError` for a train, where ``what`` is there for a pair alone."""
-    if model.kind == "train":
+    if model.mesh_names:
         raise InputError("model", f"must be a single pair for {what}", "a train",
                          "Studies of motions take a train: regime, zones, bifurcation, basins, branch and others.")
 
 
 @dataclass(frozen=True)
-class MeshModel(Damped, HasCard):
+class MeshModel(Damped, GearModel):
     """A gear pair in dimensionless form, (2.12)-(2.18).
 
     Parameters
@@ -264,11 +259,16 @@ class MeshModel(Damped, HasCard):
             harmonic = parse_harmonic(name)
             if harmonic is not None and (harmonic.order or 0) > MAX_HARMONICS:
                 raise InputError(name, f"must be a harmonic of order at most {MAX_HARMONICS}", harmonic.order)
-            if harmonic is None and name not in known_names(self):
-                raise unknown_name("parameter", name, known_names(self))
+            if harmonic is None and name not in self.known_names:
+                raise unknown_name("parameter", name, self.known_names)
             for single in PARAMETER_PAIRS.get(name, (name,)):
                 flat[single] = value
         return flat
+
+    @property
+    def known_names(self) -> tuple[str, ...]:
+        pairs = (q.name for q in PARAMETERS if q.members)
+        return (*SCALARS, *pairs, *self.stiffness.parameter_names(), "eps1", "theta1", *state_names(self.kind))
 
     def set_by(self, name: str) -> tuple[str, ...]:
         """The names of the single parameters and initial values that a name sets, two for a pair such as ``q0``."""
@@ -290,6 +290,12 @@ class MeshModel(Damped, HasCard):
         """
         scalars = {name: getattr(self, name) for name in SCALARS}
         return {**scalars, **harmonics(self.error, "eps", "theta"), **self.stiffness.parameters()}
+
+    def record(self) -> dict[str, Any]:
+        values = {f.name: getattr(self, f.name) for f in fields(MeshModel)}
+        parts = {"error": asdict(self.error), "stiffness": self.stiffness.record(),
+                 "stiffness_kind": self.stiffness.kind, "initial": dict(self.initial)}
+        return values | parts
 
     @property
     def state_names(self) -> tuple[str, ...]:

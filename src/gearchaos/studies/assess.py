@@ -222,7 +222,7 @@ def assess(
     gears = gears.at(speed=axis.start) if is_design(gears) else gears
     base = checked_operating_model(as_model(gears)).with_values(
         {"speed": axis.start} | ({} if torques[0] is None else {"torque": torques[0]}))
-    own = base.value("torque") if base.kind != "train" else None
+    own = None if base.mesh_names else base.value("torque")
     _check_load(own)
     search = SpeedSearch(base, axis, [own if t is None else t for t in torques], criteria)
     announce(search, progress, threads)

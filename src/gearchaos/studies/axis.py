@@ -12,7 +12,7 @@ import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operating import OperatingModel, is_design, operating_value
-from gearchaos.model import STIFFNESS_KINDS, Batch, MeshModel, check, known_names, vary
+from gearchaos.model import STIFFNESS_KINDS, Batch, MeshModel, check, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.quantities import OPERATION, find, parameter_owner, quantity
 
@@ -171,7 +171,7 @@ def _single_names(name: str) -> tuple[str, ...]:
             return model.set_by(name)
         except InputError:
             continue
-    known = {n for model in models for n in known_names(model)} | {*_WITH_UNITS}
+    known = {n for model in models for n in model.known_names} | {*_WITH_UNITS}
     raise unknown_name("axis", name, known)
 
 

@@ -62,7 +62,7 @@ def beside_factors(model: MeshModel, varied: Iterable[str] = (), factor: float |
     none, or something that it depends on is varied: a parameter of the stiffness, and of tooth pairs also the load.
     """
     found = {"mesh damping": model.law.words}
-    if model.kind == "train":
+    if model.mesh_names:
         return found
     load = ("q0", "q1", "q2", "torque") if model.stiffness.shared else ()
     if (model.q1 or model.q2) and not {*varied} & {*model.stiffness.parameter_names(), *load}:

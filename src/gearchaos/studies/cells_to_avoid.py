@@ -73,6 +73,6 @@ def _limits_of(model: MeshModel) -> tuple[float, float, float, bool]:
     torque = model.value("torque")
     if not torque:
         return np.inf, np.inf, np.inf, False
-    ratio = np.nan if model.kind == "train" else quasi_static_ratio(model)
+    ratio = quasi_static_ratio(model)
     limits = TeethLimits.of(gears_of(model), torque)
     return SUDDEN * float(np.nan_to_num(ratio, nan=1.0)), limits.factor, limits.deflection, True

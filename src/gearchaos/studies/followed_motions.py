@@ -181,20 +181,10 @@ def fewer(starts: int, times: int = 1) -> int:
     return -(-starts // _FEWER**times)
 
 
-def damping_ratio(model: MeshModel) -> float:
-    """The damping ratio of the mesh, of a train the least of its modes in contact."""
-    if model.kind != "train":
-        return model.value("zeta") or 0.0
-    from gearchaos.gears.train.modes import modes  # here, for trains alone
-
-    found = modes(model.gears)  # type: ignore[attr-defined]
-    return float(found.damping_ratio[found.frequency > 0].min(initial=1.0))
-
-
 def parts_between(model: MeshModel, low: float, high: float, spacing: float) -> int:
     """The number of parts into which two speeds are divided at first, for the damping and a largest spacing."""
-    zeta = damping_ratio(model)
-    least = 0.0 if model.kind == "train" else zeta * (model.value("speed") or 0.0) / model.omega
+    zeta = model.zeta
+    least = 0.0 if model.mesh_names else zeta * (model.value("speed") or 0.0) / model.omega
     step = min(max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), spacing)
     return math.ceil((high - low) / (step * max(low, least)))
 

@@ -36,10 +36,10 @@ class MeshStudy(WholeStudy):
     def __post_init__(self) -> None:
         super().__post_init__()
         checked_operating_model(self.model)  # type: ignore[arg-type]
-        if self.mesh is not None and not self._meshes:
+        if self.mesh is not None and not self.model.mesh_names:
             raise InputError("mesh", "must be left out for a single pair", self.mesh)
-        if self.mesh is not None and self.mesh not in self._meshes:
-            raise unknown_name("mesh", self.mesh, self._meshes)
+        if self.mesh is not None and self.mesh not in self.model.mesh_names:
+            raise unknown_name("mesh", self.mesh, self.model.mesh_names)
 
     @property
     def _cycles_per_rpm(self) -> float:
@@ -48,27 +48,22 @@ class MeshStudy(WholeStudy):
         return model.gears.to_pair().scales.rate / (model.period * model.value("speed"))
 
     @property
-    def _meshes(self) -> tuple[str, ...]:
-        model: Any = self.model
-        return model.mesh_names if model.kind == "train" else ()
-
-    @property
     def _at(self) -> int:
         """The index of the mesh that is looked at."""
-        return self._meshes.index(self.mesh) if self.mesh else 0
+        return self.model.mesh_names.index(self.mesh) if self.mesh else 0
 
     @property
     def mesh_order(self) -> float:
         """Mesh cycles in a turn of the first wheel."""
         model: Any = self.model
-        if model.kind == "train":
+        if self.model.mesh_names:
             return float(model.train.mesh_order(model.train.meshes[self._at]))
         return float(model.gears.to_pair().n1)
 
     @property
     def _mesh_coordinate(self) -> dict[str, xr.Variable]:
         """The name of the mesh, as a coordinate of results of a train."""
-        return {MESH: variable(MESH, (), np.array(self._meshes[self._at]))} if self._meshes else {}
+        return {MESH: variable(MESH, (), np.array(self.model.mesh_names[self._at]))} if self.model.mesh_names else {}
 
     @property
     def _cycles_per_turn(self) -> Fraction:
@@ -77,8 +72,7 @@ class MeshStudy(WholeStudy):
     @property
     def _samples(self) -> int:
         """Instants in a period: of a train in its fastest mesh cycle as many as are asked for."""
-        train = self.model.train.cycles.values() if self.model.kind == "train" else ()  # type: ignore[attr-defined]
-        return self.samples * max(1, *train, 1)
+        return self.samples * max([1, *self.model.cycles.values()])
 
     @property
     def _window(self) -> int:

@@ -175,9 +175,8 @@ class Orders(ClassifyingStudy, MeshStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        model: Any = self.model
-        if model.kind == "train" and self._at >= len(model.train.meshes):
-            raise unknown_name("mesh", str(self.mesh), [mesh.name for mesh in model.train.meshes])
+        if self._at >= len(self._teeth):  # stops between which a shaft plays
+            raise unknown_name("mesh", str(self.mesh), self.model.mesh_names[: len(self._teeth)])
         if self.against is not None:
             self._set(against=as_model(self.against))
             own, other = self._rotation, self._other._rotation
@@ -208,7 +207,7 @@ class Orders(ClassifyingStudy, MeshStudy):
     def _teeth(self) -> list[tuple[int, int]]:
         """The numbers of teeth of each mesh."""
         model: Any = self.model
-        if model.kind == "train":
+        if model.mesh_names:
             return [mesh.teeth for mesh in model.train.meshes]
         return [(model.gears.to_pair().n1, model.gears.to_pair().n2)]
 
@@ -221,7 +220,7 @@ class Orders(ClassifyingStudy, MeshStudy):
     def _wheels(self) -> Wheels:
         model: Any = self.model
         turns: dict[Fraction, str]
-        if model.kind != "train":
+        if not model.mesh_names:
             ((first, second),) = self._teeth
             turns = {Fraction(first, second): "wheel 2"} | {Fraction(1): f"wheel 1{' or 2' * (first == second)}"}
             return Wheels({"mesh": Fraction(first)}, turns, {}, Fraction(first))

@@ -35,9 +35,12 @@ def quasi_static_ratio(model: AnyModel) -> float:
     has its peak at the jump, a fall overshoots by F (1 − c_b/c_a) exp(−2ζ arccos ζ/√(1 − ζ²)), where ζ is the damping
     ratio at c_b, if only the relative rotation vibrates. The ratio is the largest of these peaks over F, 1 without a
     jump. With two levels it is c_max/c_min. With tooth pairs that share the load the deflection at rest is that with
-    their gaps; where a relief lets each pair begin and end without load, nothing jumps.
+    their gaps; where a relief lets each pair begin and end without load, nothing jumps. NaN for a train,
+    whose meshes have no common one.
     """
     model = as_model(model)
+    if model.mesh_names:
+        return math.nan
     system = switched_system(vary(model, {}))
     static, level = float(system.static_force[0, 0]), system.levels[0]
     phase = 2 * np.pi * system.starts[0][:, None] * np.arange(1, system.chi_cos.shape[1] + 1)

@@ -98,11 +98,11 @@ class Rattle(ClassifyingStudy, WholeStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.model.kind != "train":
+        if not self.model.mesh_names:
             raise InputError("model", "must be a train", f"a {self.model.kind} model",
                              "Rattle is that of wheels under the orders of an engine: describe them in [train].")
-        if self.mesh is not None and self.mesh not in self._meshes:
-            raise unknown_name("mesh", self.mesh, self._meshes)
+        if self.mesh is not None and self.mesh not in self.model.mesh_names:
+            raise unknown_name("mesh", self.mesh, self.model.mesh_names)
         if self.axis.name in self.model.state_names:
             raise InputError("axis", "must be a parameter", self.axis.name, "E.g. speed=600:3000:60.")
         vary(self.model, {self.axis.name: self.axis.values})  # raises for a value that the train refuses
@@ -113,11 +113,6 @@ class Rattle(ClassifyingStudy, WholeStudy):
         """That of three scans along the axis, two of them slow sweeps."""
         one = self._scan("up").cost
         return replace(one, motions=3 * one.motions, sequential=2 * one.sequential)
-
-    @property
-    def _meshes(self) -> tuple[str, ...]:
-        train: Any = self.model
-        return train.mesh_names
 
     def _scan(self, mode: str) -> Bifurcation:
         return Bifurcation(self.model, self.axis, points=0, mode=mode, settings=self.settings)  # type: ignore[arg-type]
@@ -148,7 +143,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
     def _onsets(self, permanent: np.ndarray) -> list[tuple[float, float, str]]:
         """Value, linear value and mesh of each change between two values of the axis, from (count, K)."""
         out = []
-        for m, name in enumerate(self._meshes):
+        for m, name in enumerate(self.model.mesh_names):
             if self.mesh not in (None, name):
                 continue
             for i in np.flatnonzero(permanent[1:, m] != permanent[:-1, m]).tolist():

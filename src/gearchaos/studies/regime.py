@@ -158,16 +158,17 @@ class Verdict(HasCard):
         """Of a train, by the name of the mesh: ``contact``, ``front_share`` and ``back_share`` of the time on each
         flank, ``force_peak`` and ``force_rms`` in N, ``impacts_per_second``, ``impulse_per_second`` in N, and
         ``dynamic_factor``; None where a number does not exist. Empty for a pair."""
-        if self.model.kind != "train" or self._label == Label.DIVERGED:
+        model: Any = self.model
+        if not model.mesh_names or self._label == Label.DIVERGED:
             return {}
-        units, found = self.model.units, self.verdicts.meshes
+        units, found = model.units, self.verdicts.meshes
         numbers = {"front_share": found.mesh_front_share, "back_share": found.mesh_back_share,
                    "force_peak": found.mesh_peak_force * units.force, "force_rms": found.mesh_rms_force * units.force,
                    "impacts_per_second": found.mesh_impacts * units.rate,
                    "impulse_per_second": found.mesh_impulse * units.force, "dynamic_factor": found.mesh_dynamic_factor}
         return {name: {"contact": CONTACTS[int(found.mesh_contact[0, m])], **{
             n: float(v[0, m]) if math.isfinite(v[0, m]) else None for n, v in numbers.items()}}
-                for m, name in enumerate(self.model.mesh_names)}
+                for m, name in enumerate(model.mesh_names)}
 
     def __getattr__(self, name: str) -> float | None:
         """A response measure by its name."""
@@ -193,8 +194,8 @@ class Verdict(HasCard):
         """All attributes as JSON-ready values, None where a number does not exist; multipliers as [re, im]."""
         names = dict.fromkeys((*_JSON_ORDER, *Response.declared()))
         pairs = {"multipliers": [[m.real, m.imag] for m in self.multipliers]}
-        train: dict[str, Any] = {} if self.model.kind != "train" else {
-            "common_period": self.model.train.period, "meshes": self.meshes}
+        model: Any = self.model
+        train = {"common_period": model.train.period, "meshes": self.meshes} if model.mesh_names else {}
         return {name: pairs[name] if name in pairs else getattr(self, name) for name in names} | train
 
     def to_dataset(self) -> xr.Dataset:

@@ -352,7 +352,7 @@ class RunUp(MeshStudy):
         of a pair may depend on the torque."""
         model: Any = self.model
         torques, at = np.unique(point.get("torque", np.zeros(len(point["speed"]))), return_inverse=True)
-        if self._profile is None or model.kind == "train":
+        if self._profile is None or model.mesh_names:
             return np.ones((len(at), len(self._names))), np.ones(len(at))
         own, scales = pair_of(model.gears).scales, [pair_of(model.gears, torque).scales for torque in torques.tolist()]
         length, velocity, force = (np.array([getattr(each, name) / getattr(own, name) for each in scales])[at]

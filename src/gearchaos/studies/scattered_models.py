@@ -24,7 +24,7 @@ from gearchaos.gears.operating import OPERATING_NAMES, gears_of, operating_model
 from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD
 from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY
 from gearchaos.gears.units import LENGTH
-from gearchaos.model import Batch, MeshModel, has_effect, known_names, vary
+from gearchaos.model import Batch, MeshModel, has_effect, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import SwitchedAffine, coordinates, switched_system
 from gearchaos.studies.beyond_the_teeth import TeethLimits
@@ -355,7 +355,7 @@ def check_parameters(model: MeshModel, inputs: Sequence[Scattered], points: Sequ
             raise InputError("vary", "must name parameters other than omega, and no initial values", each.name)
         if each.unit or any(isinstance(item, str) for item in each.items):
             raise InputError(each.name, "must have numbers without a unit", each.words, "The model is dimensionless.")
-        if each.name not in known_names(model):
+        if each.name not in model.known_names:
             model.expand({each.name: 0.0})
         vary(model, {each.name: [each.given(v) for v in values[[values.argmin(), values.argmax()]]]})
 

@@ -125,7 +125,7 @@ class Simulate(Study):
         data: dict[str, Any] = {f"section_{n}": variable(f"section_{n}", ("period",), v[0]) for n, v in values.items()}
         data["period"] = ("period", number, {"long_name": "mesh period after the transient", "units": "T"})
         data["tau_section"] = variable("tau", ("period",), tau)
-        if contacts := train_contacts(self.model, self._problem.flow.system):
+        if (contacts := self._problem.flow.system.contacts) and contacts.names:
             data.update(mesh_variables(contacts, "period", w, np.zeros(len(w)), "section_"))
         if self.samples:
             samples = _bounded(found["samples"][0])
@@ -151,11 +151,6 @@ def _bounded(w: np.ndarray) -> np.ndarray:
     inside = np.all(np.abs(w[..., :2]) < DIVERGED_AT, axis=-1)
     kept = np.logical_and.accumulate(inside.ravel()).reshape(inside.shape)
     return np.where(kept[..., None], w, np.nan)
-
-
-def train_contacts(model: Any, system: SwitchedAffine) -> MeshContacts | None:
-    """The contacts of a train; None for a pair."""
-    return system.contacts if model.kind == "train" else None
 
 
 def mesh_variables(contacts: MeshContacts, dim: str, w: np.ndarray, phase: np.ndarray, prefix: str = "") -> dict:
@@ -194,7 +189,7 @@ def _trajectory(
     flat = samples.reshape(periods * per_period, -1)
     share = np.tile(np.arange(per_period) / per_period, periods)
     tau = (transient + np.repeat(np.arange(periods), per_period) + share) * model.period
-    if contacts := train_contacts(model, system):
+    if (contacts := system.contacts) and contacts.names:
         found = to_physical(batch, names, flat[None, :, :-1], tau[None], *transmission_error_at_start(batch))
         data = {n: variable(n, ("tau",), v[0]) for n, v in found.items()}
         return {**data, **mesh_variables(contacts, "tau", flat[:, :-1], share), "tau": variable("tau", ("tau",), tau)}

@@ -85,16 +85,16 @@ def operating_map(
 
 def checked_operating_model(model: MeshModel) -> OperatingModel:
     """A model of gears as such; raises `InputError` for a dimensionless one."""
-    if not isinstance(model, OperatingModel) and model.kind != "train":
+    if not model.is_operated:
         raise InputError("gears", "must be a GearDesign or a GearPair, or the model of one",
                          f"a {type(model).__name__}",
                          "A dimensionless MeshModel has no speed or torque; gearchaos.zones maps it over omega and q0.")
-    return model
+    return model  # type: ignore[return-value]
 
 
 def in_operating_units(dataset: xr.Dataset, model: OperatingModel) -> xr.Dataset:
     """A map over speed and torque in physical units, with its dimensionless coordinates; a train has none."""
-    if model.kind == "train":
+    if model.mesh_names:
         return physical(dataset)
     speeds, torques = dataset["speed"].values, dataset["torque"].values
     torque, speed = (v.ravel() for v in np.meshgrid(torques, speeds, indexing="ij"))

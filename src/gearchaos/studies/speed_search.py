@@ -242,7 +242,7 @@ def search_torques(
     for each, left in zip(at, swept, strict=True):
         each.jumps = tuple(Jump(end.value, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
                            for (way, direction, reached), (end, _) in zip(left, ends, strict=False))
-        if criteria.knocks and model.kind != "train":
+        if criteria.knocks and not model.mesh_names:
             each.knocks, each.largest_knock = find_knocks(
                 each.motions, each.good, each.severity, each.beyond, criteria.settings, threads)
     return at
@@ -258,7 +258,7 @@ def _at_torque(model: MeshModel, torque: float | None, criteria: Criteria) -> At
         raise InputError("root_stress", "must be left out where the nominal root stress is not known",
                          criteria.root_stress, "It needs the drawing of a pair, a [design]. Or give factor.")
     return AtTorque(criteria, FollowedMotions(model, torque, criteria.draw),
-                     np.nan if model.kind == "train" else quasi_static_ratio(model), TeethLimits.of(gears, load),
+                     quasi_static_ratio(model), TeethLimits.of(gears, load),
                      None if root is None else max(root))
 
 

@@ -23,7 +23,6 @@ from gearchaos.studies.followed_motions import (
     OTHER,
     RESOLUTION,
     STEPS_PER_BANDWIDTH,
-    damping_ratio,
     runs,
 )
 from gearchaos.studies.load_change import REVERSAL
@@ -143,7 +142,7 @@ def summarised(found: AtTorque) -> SpeedsToAvoid:
         classification=asdict(criteria.settings)))
     windows = _windows(found, dataset)
     coarse = [f"the search ended at {MOST_SPEEDS} speeds"] * (len(motions.speeds) >= MOST_SPEEDS)
-    zeta = damping_ratio(model)
+    zeta = model.zeta
     if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
         coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
     return SpeedsToAvoid(

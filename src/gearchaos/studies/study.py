@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 def mesh_coordinate(model: Any) -> dict[str, Any]:
     """The names of the meshes of a train, as the coordinate of results over them; none of a pair."""
-    return {MESH: variable(MESH, (MESH,), np.array(model.mesh_names))} if model.kind == "train" else {}
+    return {MESH: variable(MESH, (MESH,), np.array(model.mesh_names))} if model.mesh_names else {}
 
 
 _LEAST = 8

@@ -24,7 +24,6 @@ from gearchaos.model import (
     TransmissionError,
     check_state_name,
     default_stiffness,
-    known_names,
 )
 from gearchaos.studies.axis import Axis, at_axis_starts
 from gearchaos.studies.operating_ranges import torques_of
@@ -130,13 +129,13 @@ def load_study(
             gears = gears.at(**given)
             model_values = {n: v for n, v in model_values.items() if n not in given}
         model = model_of_gears(gears, kind or (tables.gearpair and tables.gearpair.kind))
-        names = known_names(model) if model.kind != "train" else (*model.parameters(), *model.state_names)
-        _refuse_without_table(gears, model_values, {*names, *OPERATING_NAMES, "damping_law"})
+        _refuse_without_table(gears, model_values, {*model.known_names, *OPERATING_NAMES, "damping_law"})
     else:
         model = _model(tables.model or ModelTable(), default_stiffness(model_values))
         model = model if kind is None else model.with_values({"kind": kind})
+    described = None
     if model.kind == "train":
-        model = _with_train_values(model, tables.initial, kind, model_values)
+        model, described = _with_train_values(model, tables.initial, kind, model_values), gears
     else:
         initial = validated(InitialTable, {"initial": tables.initial}).initial
         for name in initial:
@@ -144,7 +143,6 @@ def load_study(
         model = model.with_values(initial).with_values(model_values)
     settings = {} if tables.classification is None else tables.classification.model_dump(exclude_none=True)
     settings = {name: tuple(value) if isinstance(value, list) else value for name, value in settings.items()}
-    described = gears if model.kind == "train" else None
     return LoadedStudy(model, study_kind, options, settings, least, described)
 
 

@@ -209,7 +209,7 @@ def warm_up(view: View) -> Generator[None]:
 
     Of a train it would only delay that of the first page.
     """
-    if view.model.kind != "train":
+    if not view.model.mesh_names:
         next(_motion_map(view))
     yield
 

@@ -27,7 +27,7 @@ from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.transmission_error import Quality, editions
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.gears.units import RPM
-from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, known_names, state_names
+from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, state_names
 from gearchaos.quantities import OPERATION, Range, parse_harmonic
 from gearchaos.studies.axis import Axis
 
@@ -313,7 +313,7 @@ def axis_names(model: MeshModel) -> list[str]:
     if isinstance(model, TrainModel):
         return list(trains.varied_names(model))
     out = [q.name for q in OPERATION] if isinstance(model, OperatingModel) else []
-    for name in [*known_names(model), *(n for n in model.parameters() if n not in known_names(model))]:
+    for name in [*model.known_names, *(n for n in model.parameters() if n not in model.known_names)]:
         order = ((parts := parse_harmonic(name)) is not None and parts.order) or 0
         if order <= HIGHEST_HARMONIC and has_effect(name, model.kind) and name not in {*model.state_names, *out}:
             out.append(name)

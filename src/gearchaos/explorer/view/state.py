@@ -65,7 +65,7 @@ class View:
         check_known("change", self.change, CHANGES)
         if self.colour in OF_LOAD_CHANGES and gears_of(self.model) is None:
             raise InputError("colour", "needs gears", self.colour, "Choose the gears in the menu of presets.")
-        check_known("mesh", self.mesh, ("", *getattr(self.model, "mesh_names", ())))
+        check_known("mesh", self.mesh, ("", *self.model.mesh_names))
         if self.run is not None and gears_of(self.model) is None:
             raise InputError("run-up", "needs gears", str(self.run), "Choose the gears in the menu of presets.")
         _check_model(self.model)
@@ -302,7 +302,7 @@ def _check_model(model: MeshModel) -> None:
     own = models.own_model(model.gears, model.kind).parameters() if isinstance(model, OperatingModel) else {}
     for name, value in {**model.parameters(), **model.initial}.items():
         (in_range if own.get(name) == value else bounded)(name, value)
-    if model.kind == "train":  # its meshes have no levels over a mean
+    if model.mesh_names:  # of a train, which have no levels over a mean
         return
     least, most = LEVELS
     for _, level in model.stiffness.parts(model.stiffness.numbers()) if model.stiffness.unnamed() else ():

@@ -113,7 +113,7 @@ class Page:
         self.messages.set_values({
             **{name: f"{value:{NUMBER}}" for name, value in values.items()}, **stiffness,
             "preset": self.preset if view.gears is None else GEARS, "kind": view.model.kind,
-            "damping_law": view.model.damping_law, "x": view.x.name, "y": view.y.name, "colour": view.colour,
+            "damping_law": view.model.law.name, "x": view.x.name, "y": view.y.name, "colour": view.colour,
             "line": view.line, "alike": alike, "units": view.physical, "mesh": view.mesh,
             "change": view.change,
             **{f"run-{name}": value for name, value in (view.run.values() if view.run else {}).items()},

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
-from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.train.assembly import Assembly
 from gearchaos.gears.train.mesh import Mesh
+from gearchaos.gears.train.modes import modes
 from gearchaos.gears.train.parts import Body, Shaft, Units, field_of
 from gearchaos.gears.train.structure import mean_stiffness, structure, units_of
 from gearchaos.gears.train.train import BALANCE, Train
 from gearchaos.gears.units import SPEED, TORQUE, to_si
+from gearchaos.model.base import GearModel
 from gearchaos.model.coordinates import (
     initial_state,
     mesh_rotation,
@@ -47,7 +48,7 @@ class _Parameter(NamedTuple):
 
 
 @dataclass(frozen=True)
-class TrainModel(HasCard):
+class TrainModel(GearModel):
     """A train at its operating point.
 
     Parameters
@@ -59,6 +60,7 @@ class TrainModel(HasCard):
     """
 
     kind: ClassVar[str] = "train"
+    is_operated: ClassVar[bool] = True
 
     train: Train
     initial: Mapping[str, float] = field(default_factory=dict)
@@ -101,6 +103,19 @@ class TrainModel(HasCard):
         return tuple(element.name for element in structure(self.train).contacts)
 
     @property
+    def cycles(self) -> dict[str, int]:
+        return self.train.cycles
+
+    def record(self) -> dict[str, Any]:
+        return {"train": asdict(self.train), "initial": dict(self.initial)}
+
+    @property
+    def zeta(self) -> float:
+        """The least damping ratio of its modes in contact."""
+        found = modes(self.train)
+        return float(found.damping_ratio[found.frequency > 0].min(initial=1.0))
+
+    @property
     def law(self) -> DampingLaw:
         """The damping law of the meshes, `CONTACT` where they differ."""
         laws = set(map(self.train.law_of, self.train.meshes))
@@ -131,6 +146,10 @@ class TrainModel(HasCard):
                 f"{' = ' * bool(train.cycles)}{_cycles(train.cycles)}"
                 f"{turns}, the period of results")
 
+    @property
+    def known_names(self) -> tuple[str, ...]:
+        return ("speed", "torque", *self._known, *self.state_names)
+
     @cached_property
     def _known(self) -> dict[str, _Parameter]:
         """The parameters of parts by name."""
@@ -143,13 +162,12 @@ class TrainModel(HasCard):
 
     def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Values by the names of parameters and coordinates; raises `InputError` for a name that there is not."""
-        known = ("speed", "torque", *self._known, *self.state_names)
         out = {}
         for name, value in values.items():
             owner, dot, own = str(name).rpartition(".")
             found = f"{parameter_owner(owner)}.{own}" if dot else str(name)
-            if found not in known:
-                raise unknown_name("parameter", name, known)
+            if found not in self.known_names:
+                raise unknown_name("parameter", name, self.known_names)
             out[found] = value
         return out
 

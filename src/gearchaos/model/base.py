@@ -1,0 +1,39 @@
+"""What models of a gear pair and of a gear train answer alike."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from gearchaos.display import HasCard
+
+
+class GearModel(HasCard):
+    """What studies take: by default one pair of gears, whose mesh needs no name."""
+
+    is_operated: ClassVar[bool] = False  # whether it has a speed in rpm and a torque in N m
+
+    @property
+    def mesh_names(self) -> tuple[str, ...]:
+        """The names by which results are given for each mesh; none for a pair."""
+        return ()
+
+    @property
+    def cycles(self) -> Mapping[str, int]:
+        """Cycles in a period of each mesh that varies, by name, where these need not be 1."""
+        return {}
+
+    @property
+    def in_words(self) -> str:
+        """What it is computed as, if that is not as it was given."""
+        return ""
+
+    @property
+    @abstractmethod
+    def known_names(self) -> tuple[str, ...]:
+        """All names by which a value can be set; of the harmonics only the first of each family."""
+
+    @abstractmethod
+    def record(self) -> dict[str, Any]:
+        """All its fields as numbers, texts, lists and tables, for files."""
