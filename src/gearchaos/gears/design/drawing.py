@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -21,7 +21,7 @@ from gearchaos.gears.stiffness import MeshStiffness, methods
 from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
 from gearchaos.gears.tooth_pairs import CornerContact, Relief, ToothPairs, back_phase
-from gearchaos.gears.train.teeth import Fault
+from gearchaos.gears.train.faults import Fault
 from gearchaos.gears.transmission_error import tolerances
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, added, from_quality
 from gearchaos.gears.transmission_error.pitch import drawn_pitch
@@ -213,20 +213,19 @@ class Drawing(Inputs):
 
     @property
     def tooth_faults(self) -> tuple[Fault, ...]:
-        """The faults with the loss of stiffness that follows from the depth of a crack."""
-        if not any(fault.crack_depth for fault in self.faults):
+        """The faults with what follows from the shape of the teeth, as the loss of stiffness by a crack."""
+        if not any(fault.drawn for fault in self.faults):
             return self.faults
         try:
             pairs = EnergyPairs(self.geometry, self.material, self.given("bore"))
-            return tuple(replace(fault, crack_depth=0.0, stiffness_loss=pairs.lost_by_crack(
-                fault.wheel - 1, fault.crack_depth)) if fault.crack_depth else fault for fault in self.faults)
+            return tuple(fault.as_drawn(pairs) for fault in self.faults)
         except InputError as error:
             raise InputError(f"faults: {error.field}", error.rule, error.value, error.advice) from None
 
     @property
     def turning(self) -> bool:
         """Whether something repeats once per turn of a wheel, not with the mesh."""
-        faults = any(f.stiffness_loss or f.crack_depth or f.wear for f in self.faults)
+        faults = any(fault.found for fault in self.faults)
         drawn = isinstance(self.pitch_errors, values.DrawnPitch)
         return faults or drawn or any(map(any, self.pitch_errors)) or any(self.eccentricity)
 

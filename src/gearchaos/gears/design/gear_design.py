@@ -19,7 +19,8 @@ from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.stiffness import methods
-from gearchaos.gears.train.teeth import check_faults, check_pitch
+from gearchaos.gears.train.faults import check_faults
+from gearchaos.gears.train.teeth import check_pitch
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel, ToothPairStiffness
@@ -164,9 +165,11 @@ class GearDesign(Drawing, HasCard):
         check_geometry(self.geometry)
         check_wheels(self)
         check_load_sharing(self)
-        check_faults(self.faults, self.teeth)
+        check_faults(self.faults, self.teeth, drawn=True)
         for i, fault in enumerate(self.faults):
-            check_plausible(f"faults[{i}].wear", fault.wear, 0.0, _MOST_DEVIATION * self.module, _A_DEVIATION)
+            for name, (kind, value) in fault.found.items():
+                check_plausible(f"faults[{i}].{name}", kind.back(value), 0.0, _MOST_DEVIATION * self.module,
+                                _A_DEVIATION)
         if not isinstance(self.pitch_errors, DrawnPitch):
             check_pitch(self.pitch_errors, self.teeth)
             for i, wheel in enumerate(self.pitch_errors):

@@ -16,8 +16,8 @@ from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_ba
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
 from gearchaos.gears.stiffness import methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
+from gearchaos.gears.train.faults import Fault
 from gearchaos.gears.train.parts import terms
-from gearchaos.gears.train.teeth import Fault
 from gearchaos.gears.transmission_error import Quality
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si

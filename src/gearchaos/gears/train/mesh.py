@@ -14,8 +14,9 @@ from gearchaos.gears import units
 from gearchaos.gears.fields import Record, convert_fields, each, name_of, one, read_by, record, two
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.tooth_pairs import PairsAlone, ToothPairs
+from gearchaos.gears.train.faults import Fault, check_faults
 from gearchaos.gears.train.parts import JOINED, ends_of, part_name, terms
-from gearchaos.gears.train.teeth import Fault, as_pairs, check_faults, check_pitch, uneven_wheels
+from gearchaos.gears.train.teeth import as_pairs, check_pitch, uneven_wheels
 from gearchaos.model import SHARED_LAWS, HarmonicStiffness, SteppedStiffness, ToothPairStiffness, TwoLevelStiffness
 from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
@@ -259,12 +260,7 @@ class Mesh:
 
     def _check_teeth(self) -> None:
         """Raise `InputError` for faults and deviations that the wheels cannot have, or whose effect is not known."""
-        check_faults(self.faults, self.teeth)
-        for i, fault in enumerate(self.faults):
-            if fault.crack_depth:
-                raise InputError(f"faults[{i}].crack_depth", "must stand in the table [design] of the gears",
-                                 units.Shown(fault.crack_depth, fault.crack_depth),
-                                 "The loss follows from the shape of the tooth. Or give stiffness_loss.")
+        check_faults(self.faults, self.teeth, drawn=False)
         check_pitch(self.pitch_errors, self.teeth)
         needed = self.uneven and self.tooth_pairs is None
         if needed and self.contact_ratio is None:

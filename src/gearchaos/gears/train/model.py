@@ -140,8 +140,8 @@ class TrainModel(GearModel):
                   "coordinate/coordinates": len(self.state_names)}
         turns = "".join(f" = {n} turn{'s' * (n > 1)} of {name}" for name, n in train.turns.items())
         parts = [f"{count} {words.split('/')[count > 1]}" for words, count in counts.items() if count]
-        parts += [f"pairs of tooth {f.tooth} of {mesh.between[f.wheel - 1]} {100 * f.stiffness_loss:.3g} % less stiff"
-                  for mesh in train.meshes for f in mesh.faults if f.stiffness_loss][:_NAMED]
+        parts += [f"pairs of tooth {f.tooth} of {mesh.between[f.wheel - 1]} {100 * (1 - f.kept):.3g} % less stiff"
+                  for mesh in train.meshes for f in mesh.faults if f.kept < 1][:_NAMED]
         return (f"train: {', '.join(parts)}; everything repeats after {train.period * 1e3:.4g} ms"
                 f"{' = ' * bool(train.cycles)}{_cycles(train.cycles)}"
                 f"{turns}, the period of results")

@@ -1,4 +1,4 @@
-"""Teeth that differ from the others of their wheel: faults, pitch deviations, and the contacts of a turn with them.
+"""Teeth that differ from the others of their wheel, by faults or pitch deviations, and the contacts of a turn.
 
 Teeth are counted from 1 in the order in which they mesh; the first ones of both wheels meet in the mesh cycle 0.
 """
@@ -7,54 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears import units
-from gearchaos.gears.fields import Record, number, one, read_by
 from gearchaos.model.contacts import OneSidedContacts
-from gearchaos.quantities import NOT_NEGATIVE, Rule
-
-SHARE = Rule(lambda v: (v >= 0) & (v <= 1), "must lie in [0, 1]", "It is a share; 1 is a missing tooth.")
-
-
-def _whole(field: str, value: Any) -> int:
-    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < 1:
-        raise InputError(field, "must be a whole number from 1 on", value,
-                         "Wheels are 1 and 2; teeth are counted from 1 in the order in which they mesh.")
-    return int(value.__index__())
-
-
-@dataclass(frozen=True, kw_only=True)
-class Fault(Record):
-    """A tooth that differs: of the pairs in which it meshes the share ``stiffness_loss`` of the stiffness is lost, 1
-    for a missing tooth, and its driving flank stands back by ``wear`` along the line of action. Of a design the loss
-    may be given by ``crack_depth``, that of a crack from the root circle into the tooth."""
-
-    wheel: int = field(metadata=read_by(_whole))
-    tooth: int = field(metadata=read_by(_whole))
-    stiffness_loss: float = field(default=0.0, metadata=read_by(number(SHARE)))
-    crack_depth: Any = field(default=0.0, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
-    wear: Any = field(default=0.0, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
-
-
-def check_faults(faults: Sequence[Any], teeth: Sequence[int]) -> None:
-    """Raise `InputError` for a fault of a wheel or a tooth that there is not, or a tooth that is named twice."""
-    for i, fault in enumerate(faults):
-        if fault.wheel not in (1, 2):
-            raise InputError(f"faults[{i}].wheel", "must be 1 or 2", fault.wheel)
-        if fault.tooth > teeth[fault.wheel - 1]:
-            raise InputError(f"faults[{i}].tooth", f"must be at most {teeth[fault.wheel - 1]}, the number of teeth",
-                             fault.tooth)
-        if (fault.wheel, fault.tooth) in {(other.wheel, other.tooth) for other in faults[:i]}:
-            raise InputError(f"faults[{i}].tooth", "must be that of no other fault of the wheel", fault.tooth,
-                             "Write one fault with both values.")
-        if fault.crack_depth and fault.stiffness_loss:
-            raise InputError(f"faults[{i}].crack_depth", "must be left out beside stiffness_loss",
-                             units.Shown(fault.crack_depth, fault.crack_depth))
 
 
 def check_pitch(deviations: Sequence[Sequence[float]], teeth: Sequence[int]) -> None:
@@ -70,7 +28,7 @@ class _Wheel(NamedTuple):
 
     kept: np.ndarray  # share of the stiffness that is left
     late: np.ndarray  # by how much a tooth comes too late, m
-    wear: np.ndarray  # m
+    back: np.ndarray  # by how much its driving flank stands back, m
 
 
 def _wheels(mesh: Any) -> Iterator[_Wheel]:
@@ -79,14 +37,14 @@ def _wheels(mesh: Any) -> Iterator[_Wheel]:
         wheel = _Wheel(np.ones(z), late, np.zeros(z))
         for fault in mesh.faults:
             if fault.wheel == i + 1:
-                wheel.kept[fault.tooth - 1], wheel.wear[fault.tooth - 1] = 1 - fault.stiffness_loss, fault.wear
+                wheel.kept[fault.tooth - 1], wheel.back[fault.tooth - 1] = fault.kept, fault.back
         yield wheel
 
 
 def uneven_wheels(mesh: Any) -> list[int]:
     """The wheels of a mesh, 0 and 1, with teeth that are not those of the healthy mesh; all late alike are."""
     return [i for i, wheel in enumerate(_wheels(mesh))
-            if np.any(wheel.kept != 1) or np.any(wheel.wear) or np.ptp(wheel.late) > 0]
+            if np.any(wheel.kept != 1) or np.any(wheel.back) or np.ptp(wheel.late) > 0]
 
 
 def as_pairs(one: OneSidedContacts, contact_ratio: float) -> OneSidedContacts:
@@ -112,6 +70,6 @@ def uneven_contacts(mesh: Any, part: OneSidedContacts, cycles: int) -> OneSidedC
     # behind the tooth n of the first wheel, which pushes n of the second, is n + 1: its back flank touches that
     n1, n2 = (cycle - age) % len(first.kept), (cycle - age + (sides < 0)) % len(second.kept)
     gap = part.gap.copy()
-    gap[0, :, :, 0] += sides * (first.late[n1] - second.late[n2]) + (sides > 0) * (first.wear[n1] + second.wear[n2])
+    gap[0, :, :, 0] += sides * (first.late[n1] - second.late[n2]) + (sides > 0) * (first.back[n1] + second.back[n2])
     stiffness = part.stiffness * (first.kept[n1] * second.kept[n2])
     return part._replace(stiffness=stiffness, gap=np.where(stiffness[..., None] > 0, gap, 0.0))

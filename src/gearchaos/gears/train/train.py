@@ -357,7 +357,7 @@ class Train(Damped, HasCard):
         found = {f"The excitations repeat after {cycles} mesh cycles ({self.period * 1e3:.4g} ms), the unit in which "
                  "periods and sections are counted.": cycles > 100}
         for mesh in self.meshes:
-            most = max((abs(v) for v in (*map(abs, mesh.eccentricity), *(fault.wear for fault in mesh.faults), *(
+            most = max((abs(v) for v in (*map(abs, mesh.eccentricity), *(fault.back for fault in mesh.faults), *(
                 late for wheel in mesh.pitch_errors for late in wheel))), default=0.0)
             found[f"Wear, pitch errors or eccentricity of {mesh.name} are up to {most * 1e6:.4g} µm, more than the "
                   "backlash: a plain number is in m."] = most > mesh.backlash > 0
