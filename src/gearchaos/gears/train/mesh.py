@@ -2,91 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears import units
-from gearchaos.gears.fields import Record, convert_fields, each, name_of, one, read_by, record, two
+from gearchaos.gears.fields import convert_fields, each, name_of, one, read_by, record, two
 from gearchaos.gears.pair import GearPair
 from gearchaos.gears.tooth_pairs import PairsAlone, ToothPairs
 from gearchaos.gears.train.faults import Fault, check_faults
 from gearchaos.gears.train.parts import JOINED, ends_of, part_name, terms
+from gearchaos.gears.train.stiffness import in_steps, of_model, read_stiffness, with_mean
 from gearchaos.gears.train.teeth import as_pairs, check_pitch, uneven_wheels
-from gearchaos.model import SHARED_LAWS, HarmonicStiffness, SteppedStiffness, ToothPairStiffness, TwoLevelStiffness
+from gearchaos.model import SHARED_LAWS, ToothPairStiffness
 from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
-from gearchaos.validation import to_floats
-
-STEPS = 48
-"""Steps in which a Fourier series of a mesh stiffness is followed."""
 
 _MOST_PAIRS = 8  # in contact at the same time
 _GAP_UNIT = 2.0**-13  # m, about half a backlash, of which gaps beyond the path are exact; a power of 2 rounds nothing
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
 
-
-@dataclass(frozen=True, kw_only=True)
-class SeriesStiffness(Record):
-    """A mesh stiffness c(ψ) = ``mean`` + Σ ``amplitudes[j - 1]`` cos(j ψ − ``phases[j - 1]``), N/m, ψ the phase of the
-    mesh cycle. It is followed in `STEPS` steps, each the mean of the series over it."""
-
-    mean: Any = field(metadata=read_by(one(units.STIFFNESS, POSITIVE)))
-    amplitudes: Any = field(metadata=read_by(each(units.STIFFNESS)))
-    phases: Any = field(default=(), metadata=read_by(each(units.ANGLE)))
-
-    def __post_init__(self) -> None:
-        convert_fields(self)
-        if len(self.phases) > len(self.amplitudes):
-            raise InputError("phases", "must not be longer than amplitudes", len(self.phases))
-        if not self.amplitudes:
-            raise InputError("amplitudes", "must have at least one value", [], "A constant stiffness is one number.")
-        if (least := float(self._levels().min())) <= 0:
-            raise InputError("amplitudes", "must leave the stiffness positive", list(self.amplitudes),
-                             f"With a mean of {self.mean:.6g} N/m it falls to {least:.6g} N/m.")
-
-    def _levels(self) -> np.ndarray:
-        """The means of the series over equal steps of the mesh cycle, N/m."""
-        edges = np.arange(STEPS + 1) / STEPS
-        levels = np.full(STEPS, float(self.mean))
-        for j, amplitude in enumerate(self.amplitudes, 1):
-            phase = self.phases[j - 1] if j <= len(self.phases) else 0.0
-            levels += amplitude * np.diff(np.sin(2 * np.pi * j * edges - phase)) * STEPS / (2 * np.pi * j)
-        return levels
-
-    @cached_property
-    def steps(self) -> SteppedStiffness:
-        """The same stiffness in steps, N/m."""
-        return SteppedStiffness(tuple(self._levels().tolist()), tuple((np.arange(STEPS) / STEPS).tolist()))
-
-    def scaled(self, factor: float) -> SeriesStiffness:
-        """The same stiffness times a factor."""
-        return replace(self, mean=self.mean * factor, amplitudes=tuple(a * factor for a in self.amplitudes))
-
-
-def _stiffness(field: str, value: Any) -> Any:
-    """A stiffness in N/m, or a table: one in steps with ``levels`` in N/m and ``starts``, or a `SeriesStiffness`."""
-    if isinstance(value, (SteppedStiffness, SeriesStiffness)):
-        return value
-    if not isinstance(value, Mapping):
-        return one(units.STIFFNESS, POSITIVE)(field, value)
-    if "mean" in value:
-        return record(SeriesStiffness)(field, value)
-    if set(value) != {"levels", "starts"}:
-        raise InputError(field, "must be a stiffness, or a table with levels and starts, or with mean, amplitudes and "
-                         "phases", dict(value), "Starts are shares of the mesh cycle.")
-    levels = each(units.STIFFNESS)(f"{field}.levels", value["levels"])
-    return SteppedStiffness(levels, to_floats(f"{field}.starts", value["starts"]))
-
-
 _OF_DESIGN = ("teeth", "base_radii", "stiffness", "tooth_pairs", "damping", "backlash", "error_amplitudes",
               "error_phases", "faults", "pitch_errors", "eccentricity", "contact_ratio")
 """The fields of a mesh that a design has."""
-
 
 _ANY_DAMPING = 0.05  # of a design that lacks it, where the damping is given beside it
 
@@ -110,18 +51,12 @@ def _values_of(design: Any, without: Collection[str]) -> dict[str, Any]:
     if hasattr(design, "geometry"):
         found |= {"faults": design.tooth_faults, "pitch_errors": design.late_teeth,
                   "eccentricity": design.eccentricity, "contact_ratio": design.geometry.total_contact_ratio}
-    elif isinstance(stiffness, TwoLevelStiffness):
-        found["contact_ratio"] = stiffness.contact_ratio
-    if "stiffness" not in without:
-        if isinstance(stiffness, ToothPairStiffness):
-            found["tooth_pairs"] = pair.tooth_pairs
-        elif isinstance(stiffness, HarmonicStiffness):
-            found["stiffness"] = SeriesStiffness(mean=pair.c0, phases=stiffness.phases, amplitudes=tuple(
-                a * pair.c0 for a in stiffness.amplitudes))
-        else:
-            parts = stiffness.parts(stiffness.numbers())
-            found["stiffness"] = SteppedStiffness(tuple(float(level) * pair.c0 for _, level in parts),
-                                                  tuple(float(start) for start, _ in parts))
+    elif not stiffness.shared:  # tooth pairs have one of their own
+        found["contact_ratio"] = stiffness.parameters().get("contact_ratio")
+    if stiffness.shared:
+        found["tooth_pairs"] = pair.tooth_pairs
+    elif "stiffness" not in without:
+        found["stiffness"] = of_model(stiffness, pair.c0)
     return {name: value for name, value in found.items() if name not in without}
 
 
@@ -204,7 +139,7 @@ class Mesh:
     design: Any = field(default=None, metadata=read_by(_design))
     teeth: Any = field(default=None, metadata=read_by(two(units.teeth, "must be a list of two numbers of teeth")))
     base_radii: Any = field(default=None, metadata=read_by(two(one(units.LENGTH, POSITIVE), "must be a list of two")))
-    stiffness: Any = field(default=None, metadata=read_by(_stiffness))
+    stiffness: Any = field(default=None, metadata=read_by(read_stiffness))
     tooth_pairs: Any = field(default=None, metadata=read_by(record(ToothPairs)))
     damping: Any = field(default=None, metadata=read_by(one(units.DAMPING, NOT_NEGATIVE)))
     backlash: Any = field(default=None, metadata=read_by(one(units.LENGTH, NOT_NEGATIVE)))
@@ -299,12 +234,7 @@ class Mesh:
         if self.tooth_pairs is not None:
             levels = tuple(level * mean / own for level in self.tooth_pairs.stiffness)
             return replace(self, tooth_pairs=replace(self.tooth_pairs, stiffness=levels))
-        if isinstance(self.stiffness, SeriesStiffness):
-            return replace(self, stiffness=self.stiffness.scaled(mean / own))
-        if isinstance(self.stiffness, SteppedStiffness):
-            levels = tuple(level * mean / own for level in self.stiffness.levels)
-            return replace(self, stiffness=replace(self.stiffness, levels=levels))
-        return replace(self, stiffness=mean)
+        return replace(self, stiffness=with_mean(self.stiffness, mean, own))
 
     def contacts(self, on_path: bool = False) -> OneSidedContacts:
         """The contacts of one mesh cycle, stiffnesses in N/m and gaps in m; of tooth pairs also those on their path
@@ -313,11 +243,7 @@ class Mesh:
             pairs_given = replace(self.tooth_pairs, corner=None) if on_path else self.tooth_pairs
             found = ToothPairStiffness.contacts(PairsAlone(1.0, pairs_given, _GAP_UNIT).stiffness.numbers(), 1)
             return found._replace(gap=found.gap * _GAP_UNIT)
-        levels: tuple[float, ...] = (self.stiffness,)
-        starts: tuple[float, ...] = (0.0,)
-        stepped = self.stiffness.steps if isinstance(self.stiffness, SeriesStiffness) else self.stiffness
-        if isinstance(stepped, SteppedStiffness):
-            levels, starts = stepped.levels, stepped.starts
+        levels, starts = in_steps(self.stiffness)
         if starts[0] > 0:  # until then the last level of the cycle before lasts on
             levels, starts = (levels[-1], *levels), (0.0, *starts)
         both = np.array([levels, levels], float)[None]
@@ -338,9 +264,7 @@ class Mesh:
     @property
     def constant(self) -> bool:
         """Whether the stiffness is the same along the mesh cycle."""
-        stepped = isinstance(self.stiffness, SteppedStiffness) and len(set(self.stiffness.levels)) > 1
-        series = isinstance(self.stiffness, SeriesStiffness) and any(self.stiffness.amplitudes)
-        return not (stepped or series or self.tooth_pairs is not None or self.uneven)
+        return not (self.tooth_pairs is not None or self.uneven or len(set(in_steps(self.stiffness)[0])) > 1)
 
     @property
     def varies(self) -> bool:

@@ -18,9 +18,10 @@ from gearchaos.gears import units
 from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
 from gearchaos.gears.pair import GearPair, Scales
 from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
-from gearchaos.gears.train.mesh import STEPS, Mesh, SeriesStiffness
+from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import GROUND, Body, Shaft, Units, field_of, parts
 from gearchaos.gears.train.ratios import steady_ratios
+from gearchaos.gears.train.stiffness import STEPS, SeriesStiffness
 from gearchaos.gears.train.structure import units_of
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, SHARED_LAWS, Damped, DampingLaw
 from gearchaos.quantities import POSITIVE, parameter_owner
