@@ -66,7 +66,7 @@ chromium:
 # Kernels that most tests need, compiled side by side before them; the others are compiled by the tests that need them.
 .PHONY: kernels
 kernels: $(VENV)/.installed
-	$(BIN)/python -c "from gearchaos.studies.warmup import warmup; print(*warmup((2, 4)), sep='\n')"
+	$(BIN)/python -c "from gearchaos.studies.core.warmup import warmup; print(*warmup((2, 4)), sep='\n')"
 
 # --dist loadfile keeps the tests of a file in one process, or those of several files that share servers, stores and the
 # browser: tests/conftest.py. Three processes on two cores: that of the browser mostly waits.

@@ -18,8 +18,8 @@ import xarray as xr
 
 from gearchaos.dynamics import Classification
 from gearchaos.paper.settings import all_figures
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.zones import zones
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.maps.zones import zones
 
 STUDY = all_figures()[2].studies["a"]
 _CELLS_PER_SIZE = 100_000

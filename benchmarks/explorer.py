@@ -26,7 +26,7 @@ from itertools import count, pairwise
 import psutil
 from playwright.sync_api import Page, TimeoutError, sync_playwright
 
-from gearchaos.studies.warmup import warmup
+from gearchaos.studies.core.warmup import warmup
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 KINDS = {"torsional": "kind=torsional", "full": "kind=full"}

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import gearchaos as gc
-from gearchaos.studies.fitted_motions import HISTORIES, PairsAtSpeeds
+from gearchaos.studies.fit.fitted_motions import HISTORIES, PairsAtSpeeds
 
 PAIR = gc.GearPair(
     n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1="35.24 mm", R2="56.38 mm", c0="400 N/um", k="2000 N*s/m",

@@ -14,7 +14,7 @@ import numpy as np
 from peers.c_rk4 import compiled
 from throughput import LANES, ROUNDS, Bench, timed
 
-from gearchaos.flow.kernels.constants import ORDER
+from gearchaos.flow.kernels.vector.constants import ORDER
 
 _WIDE = 4
 """Doubles in a vector register."""

@@ -34,14 +34,14 @@ from speeds_to_avoid import random_design
 
 import gearchaos as gc
 from gearchaos.errors import DesignWarning, InputError
-from gearchaos.gears.operating import as_model
-from gearchaos.gears.units import RPM
+from gearchaos.gears.io.units import RPM
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.assess import Assessment
-from gearchaos.studies.initial_value_problems import initial_value_problems
-from gearchaos.studies.knocks import Knock
-from gearchaos.studies.load_change import stored_energy
+from gearchaos.studies.core.initial_value_problems import initial_value_problems
+from gearchaos.studies.operation.knocks import Knock
+from gearchaos.studies.operation.load_change import stored_energy
+from gearchaos.studies.speeds.assess import Assessment
 
 LAWS = ("always", "contact", "unilateral")
 KINDS = ("prescribed", "helical", "tooth pairs", "corner contact")
@@ -213,7 +213,7 @@ class Mesh:
         return out
 
     def stored(self, ratio: np.ndarray, excess: float) -> np.ndarray:
-        """The energy (L,) up to which `gearchaos.studies.load_change` draws states; the mean stiffness is 1."""
+        """The energy (L,) up to which `studies.operation.load_change` draws states; the mean stiffness is 1."""
         rest = -self.load - self.load**2 / 2
         after = np.array([stored_energy(1.0, 1.0, self.load, each) for each in ratio])
         return rest + (np.sqrt(after - rest) + excess * self.load / math.sqrt(2)) ** 2

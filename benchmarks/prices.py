@@ -19,7 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from gearchaos.cli import main
-from gearchaos.studies import price as prices
+from gearchaos.studies.core import price as prices
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SPUR, ISO, TWO_STAGE = "spur_50_50.toml", "iso_tr_6336_30_example_1.toml", "train_two_stage.toml"

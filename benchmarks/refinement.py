@@ -19,7 +19,7 @@ import xarray as xr
 from runs import store, study, timed
 
 from gearchaos.execute import pools
-from gearchaos.studies.zones import Zones
+from gearchaos.studies.maps.zones import Zones
 
 
 def compute_map(chosen: Zones, threads: int) -> tuple[xr.Dataset, np.ndarray]:

@@ -22,8 +22,8 @@ from gearchaos.dynamics import Classification
 from gearchaos.execute import pools
 from gearchaos.model import MeshModel
 from gearchaos.store.run import run_into_store
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.zones import Zones
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.maps.zones import Zones
 
 
 def timed(work: Callable[[], object]) -> tuple[float, float]:

@@ -22,7 +22,7 @@ import numpy as np
 from throughput import KINDS, SETTINGS
 
 from gearchaos.flow import ExactFlow, Measure
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import Body, Shaft
 from gearchaos.gears.train.train import Train

@@ -21,8 +21,8 @@ import numpy as np
 
 import gearchaos as gc
 from gearchaos.errors import DesignWarning, InputError
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.speed_windows import Window
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.speeds.speed_windows import Window
 
 LINE_LOADS = (25.0, 90.0, 300.0)
 """Means of the three line loads, N/mm."""

@@ -23,8 +23,8 @@ from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
 from gearchaos.paper.settings import all_figures
-from gearchaos.studies.axis import Axis, at_cells
-from gearchaos.studies.zones import zones
+from gearchaos.studies.core.axis import Axis, at_cells
+from gearchaos.studies.maps.zones import zones
 
 STUDY = all_figures()[2].studies["a"]
 _SECTIONS = 257

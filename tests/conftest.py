@@ -159,8 +159,8 @@ def small(monkeypatch):
     from dataclasses import replace
 
     import gearchaos as gc
-    from gearchaos.explorer.view import models
-    from gearchaos.explorer.view.presets import presets
+    from gearchaos.explorer.core import models
+    from gearchaos.explorer.core.presets import presets
 
     monkeypatch.setattr(models, "MAP_CELLS", (56, 40))
     x, y = gc.Axis("omega", 0.9, 1.1, 56), gc.Axis("eps1", 0.0, 0.02, 40)

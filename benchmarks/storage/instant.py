@@ -23,7 +23,7 @@ from itertools import count
 
 import numpy as np
 
-from gearchaos.studies.zones import Zones
+from gearchaos.studies.maps.zones import Zones
 
 DTYPES = {
     "label": "i1", "period": "i4", "reason": "i1", "lyapunov": "f8", "lyapunov_lo": "f8", "lyapunov_hi": "f8",

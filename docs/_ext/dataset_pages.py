@@ -11,7 +11,7 @@ from pages import code, generated, table
 
 import gearchaos as gc
 from gearchaos.catalogue import STUDIES
-from gearchaos.studies.study import Study
+from gearchaos.studies.core.study import Study
 
 QUICK: dict[str, Any] = {"period": 1, "lines": (1, 1), "starts": 0, "workers": 1}
 

@@ -14,16 +14,16 @@ from pages import code, generated, table
 from gearchaos import quantities
 from gearchaos.dynamics import Classification
 from gearchaos.gears.design.gear_design import OPERATION, GearDesign
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import Body, Shaft
 from gearchaos.gears.train.planets import PlanetarySet
 from gearchaos.gears.train.train import Train
 from gearchaos.model import MeshModel
 from gearchaos.quantities import Quantity
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.options import file_options
-from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.core.options import file_options
+from gearchaos.studies.core.registry import STUDIES
 from gearchaos.studyfile import tables as schema
 
 _SIMPLE = {float: "number", int: "whole number", str: "text", bool: "true or false",

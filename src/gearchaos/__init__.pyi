@@ -1,6 +1,6 @@
 """The public names for type checkers and editors; at run time ``__init__`` imports them on first use.
 
-``python -m gearchaos.studies.generate`` writes this from the names there and from the classes of the studies.
+``python -m gearchaos.studies.core.generate`` writes this from the names there and from the classes of the studies.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,9 +23,9 @@ from gearchaos.dynamics.settings import Classification as Classification
 from gearchaos.errors import InputError as InputError
 from gearchaos.explorer.web.server import explore as explore
 from gearchaos.gears.design.gear_design import GearDesign as GearDesign
-from gearchaos.gears.operating import AnyModel
-from gearchaos.gears.pair import GearPair as GearPair
-from gearchaos.gears.results import physical as physical
+from gearchaos.gears.mesh.pair import GearPair as GearPair
+from gearchaos.gears.operation.operating import AnyModel
+from gearchaos.gears.operation.results import physical as physical
 from gearchaos.gears.train.mesh import Mesh as Mesh
 from gearchaos.gears.train.parts import Body as Body
 from gearchaos.gears.train.parts import Shaft as Shaft
@@ -45,35 +45,35 @@ from gearchaos.model.static import static_deflection as static_deflection
 from gearchaos.store.read import load as load
 from gearchaos.store.run import Outcome as Outcome
 from gearchaos.store.run import run as run
-from gearchaos.studies.agreement import agreement as agreement
-from gearchaos.studies.assess import assess as assess
-from gearchaos.studies.attractors import Attractors as _Attractors
-from gearchaos.studies.axis import Axis as Axis
-from gearchaos.studies.basins import Basins as _Basins
-from gearchaos.studies.bifurcation import Bifurcation as _Bifurcation
-from gearchaos.studies.branch import Branch as _Branch
-from gearchaos.studies.chaos_proof import prove_chaos as prove_chaos
-from gearchaos.studies.curve import Curve as _Curve
-from gearchaos.studies.fit import Fit as _Fit
-from gearchaos.studies.natural_frequencies import natural_frequencies as natural_frequencies
-from gearchaos.studies.orders import Orders as _Orders
-from gearchaos.studies.proofs import prove as prove
-from gearchaos.studies.proofs import prove_box as prove_box
-from gearchaos.studies.proofs import prove_event as prove_event
-from gearchaos.studies.rattle import Rattle as _Rattle
-from gearchaos.studies.regime import Regime as _Regime
-from gearchaos.studies.regime import Verdict as Verdict
-from gearchaos.studies.regime import steady as steady
-from gearchaos.studies.runup import RunUp as _RunUp
-from gearchaos.studies.saddles import EdgeTracking as _EdgeTracking
-from gearchaos.studies.saddles import Manifolds as _Manifolds
-from gearchaos.studies.scatter import Scatter as _Scatter
-from gearchaos.studies.simulate import Simulate as _Simulate
-from gearchaos.studies.skeleton import Skeleton as _Skeleton
-from gearchaos.studies.speed_and_torque import dynamic_factor as dynamic_factor
-from gearchaos.studies.speed_and_torque import operating_map as operating_map
-from gearchaos.studies.speeds_to_avoid import speeds_to_avoid as speeds_to_avoid
-from gearchaos.studies.zones import Zones as _Zones
+from gearchaos.studies.core.axis import Axis as Axis
+from gearchaos.studies.fit.fit import Fit as _Fit
+from gearchaos.studies.maps.bifurcation import Bifurcation as _Bifurcation
+from gearchaos.studies.maps.zones import Zones as _Zones
+from gearchaos.studies.motion.attractors import Attractors as _Attractors
+from gearchaos.studies.motion.basins import Basins as _Basins
+from gearchaos.studies.motion.regime import Regime as _Regime
+from gearchaos.studies.motion.regime import Verdict as Verdict
+from gearchaos.studies.motion.regime import steady as steady
+from gearchaos.studies.motion.simulate import Simulate as _Simulate
+from gearchaos.studies.orbits.agreement import agreement as agreement
+from gearchaos.studies.orbits.branch import Branch as _Branch
+from gearchaos.studies.orbits.curve import Curve as _Curve
+from gearchaos.studies.orbits.saddles import EdgeTracking as _EdgeTracking
+from gearchaos.studies.orbits.saddles import Manifolds as _Manifolds
+from gearchaos.studies.orbits.skeleton import Skeleton as _Skeleton
+from gearchaos.studies.proofs.chaos_proof import prove_chaos as prove_chaos
+from gearchaos.studies.proofs.proofs import prove as prove
+from gearchaos.studies.proofs.proofs import prove_box as prove_box
+from gearchaos.studies.proofs.proofs import prove_event as prove_event
+from gearchaos.studies.runup.runup import RunUp as _RunUp
+from gearchaos.studies.speeds.assess import assess as assess
+from gearchaos.studies.speeds.speed_and_torque import dynamic_factor as dynamic_factor
+from gearchaos.studies.speeds.speed_and_torque import operating_map as operating_map
+from gearchaos.studies.speeds.speeds_to_avoid import speeds_to_avoid as speeds_to_avoid
+from gearchaos.studies.uncertainty.scatter import Scatter as _Scatter
+from gearchaos.studies.vibration.natural_frequencies import natural_frequencies as natural_frequencies
+from gearchaos.studies.vibration.orders import Orders as _Orders
+from gearchaos.studies.vibration.rattle import Rattle as _Rattle
 from gearchaos.studyfile.loading import open as open
 
 __version__: str

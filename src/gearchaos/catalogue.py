@@ -1,6 +1,6 @@
 """All studies by kind: where each stands, and what its command takes.
 
-``python -m gearchaos.studies.generate`` writes this from the classes of the studies. It is all that public names
+``python -m gearchaos.studies.core.generate`` writes this from the classes of the studies. It is all that public names
 and commands need of them: nothing slow is loaded for them.
 """
 
@@ -8,7 +8,7 @@ from typing import Any
 
 STUDIES: dict[str, dict[str, Any]] = {
     'simulate': {
-        'module': 'studies.simulate', 'class': 'Simulate',
+        'module': 'studies.motion.simulate', 'class': 'Simulate',
         'help': 'Integrate one motion: its stroboscopic section, one state per mesh period, and samples in time.',
         'group': 'Motions', 'needs_out': False, 'summary': 'section',
         'axes': {},
@@ -25,7 +25,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'regime': {
-        'module': 'studies.regime', 'class': 'Regime',
+        'module': 'studies.motion.regime', 'class': 'Regime',
         'help': 'Classify the motion at one operating point, with its evidence.', 'group': 'Motions',
         'needs_out': False, 'summary': 'result',
         'axes': {},
@@ -33,7 +33,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'attractors': {
-        'module': 'studies.attractors', 'class': 'Attractors',
+        'module': 'studies.motion.attractors', 'class': 'Attractors',
         'help': 'Find all attractors of one operating point, with the share of the initial states that lead to each.',
         'group': 'Motions', 'needs_out': False, 'summary': 'attractors',
         'axes': {},
@@ -59,7 +59,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'bifurcation': {
-        'module': 'studies.bifurcation', 'class': 'Bifurcation',
+        'module': 'studies.maps.bifurcation', 'class': 'Bifurcation',
         'help': 'Scan one parameter: stroboscopic points, verdicts and exponents.', 'group': 'Bifurcations',
         'needs_out': True, 'summary': 'map',
         'axes': {'axis': None},
@@ -77,7 +77,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'rattle': {
-        'module': 'studies.rattle', 'class': 'Rattle',
+        'module': 'studies.vibration.rattle', 'class': 'Rattle',
         'help': 'Scan a train for rattle: where its meshes lose contact, their impacts, and the drag that stops them.',
         'group': 'Motions', 'needs_out': False, 'summary': 'rattle',
         'axes': {'axis': None},
@@ -85,7 +85,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'fit': {
-        'module': 'studies.fit', 'class': 'Fit',
+        'module': 'studies.fit.fit', 'class': 'Fit',
         'help': 'Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.',
         'group': 'Gears', 'needs_out': False, 'summary': 'fit',
         'axes': {},
@@ -117,7 +117,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'orders': {
-        'module': 'studies.orders', 'class': 'Orders',
+        'module': 'studies.vibration.orders', 'class': 'Orders',
         'help': 'Compute the order spectrum of a steady motion, its lines named by mesh harmonics and sidebands.',
         'group': 'Gears', 'needs_out': False, 'summary': 'orders',
         'axes': {},
@@ -140,7 +140,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'runup': {
-        'module': 'studies.runup', 'class': 'RunUp',
+        'module': 'studies.runup.runup', 'class': 'RunUp',
         'help': 'Run gears up through a range of speeds, and down again: response, jumps, orders of the mesh force.',
         'group': 'Gears', 'needs_out': False, 'summary': 'runup',
         'axes': {'speed': 2},
@@ -165,7 +165,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {'journal': {'type': 'part', 'help': 'A file that keeps what is computed.'}},
     },
     'scatter': {
-        'module': 'studies.scatter', 'class': 'Scatter',
+        'module': 'studies.uncertainty.scatter', 'class': 'Scatter',
         'help': 'Say what the scatter of uncertain inputs does to contact loss and dynamic factor along the speed.',
         'group': 'Gears', 'needs_out': False, 'summary': 'scatter',
         'axes': {'speed': None},
@@ -215,7 +215,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'zones': {
-        'module': 'studies.zones', 'class': 'Zones', 'help': 'Map the kinds of motion over two parameters.',
+        'module': 'studies.maps.zones', 'class': 'Zones', 'help': 'Map the kinds of motion over two parameters.',
         'group': 'Motions', 'needs_out': True, 'summary': 'map',
         'axes': {'x': None, 'y': None},
         'options': {
@@ -244,14 +244,15 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'basins': {
-        'module': 'studies.basins', 'class': 'Basins', 'help': 'Map the basins of attraction over two initial values.',
-        'group': 'Motions', 'needs_out': True, 'summary': 'map',
+        'module': 'studies.motion.basins', 'class': 'Basins',
+        'help': 'Map the basins of attraction over two initial values.', 'group': 'Motions', 'needs_out': True,
+        'summary': 'map',
         'axes': {'x': None, 'y': None},
         'options': {},
         'run_options': {},
     },
     'branch': {
-        'module': 'studies.branch', 'class': 'Branch',
+        'module': 'studies.orbits.branch', 'class': 'Branch',
         'help': 'Follow a branch of periodic orbits along one parameter, stable or not, with all its events.',
         'group': 'Bifurcations', 'needs_out': False, 'summary': 'branch',
         'axes': {'axis': 2},
@@ -274,7 +275,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'curve': {
-        'module': 'studies.curve', 'class': 'Curve',
+        'module': 'studies.orbits.curve', 'class': 'Curve',
         'help': 'Follow the curve of an event of periodic orbits over two parameters.', 'group': 'Bifurcations',
         'needs_out': False, 'summary': 'curve',
         'axes': {'x': 2, 'y': 2},
@@ -298,7 +299,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'skeleton': {
-        'module': 'studies.skeleton', 'class': 'Skeleton',
+        'module': 'studies.orbits.skeleton', 'class': 'Skeleton',
         'help': 'Find all curves of events in a window of two parameters.', 'group': 'Bifurcations', 'needs_out': True,
         'summary': 'skeleton',
         'axes': {'x': 48, 'y': 24},
@@ -319,7 +320,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         },
     },
     'manifolds': {
-        'module': 'studies.saddles', 'class': 'Manifolds',
+        'module': 'studies.orbits.saddles', 'class': 'Manifolds',
         'help': 'Find the saddles of a model with two coordinates, and their stable and unstable manifolds.',
         'group': 'Bifurcations', 'needs_out': True, 'summary': 'result',
         'axes': {},
@@ -338,7 +339,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         'run_options': {},
     },
     'edge_state': {
-        'module': 'studies.saddles', 'class': 'EdgeTracking',
+        'module': 'studies.orbits.saddles', 'class': 'EdgeTracking',
         'help': 'Find the saddle that divides the basins of two attractors, for any number of coordinates.',
         'group': 'Bifurcations', 'needs_out': True, 'summary': 'edge',
         'axes': {},

@@ -19,7 +19,7 @@ from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, UFF_SUFFIXES, check_target, write_bytes
-from gearchaos.gears.operating import gears_json, gears_of
+from gearchaos.gears.operation.operating import gears_json, gears_of
 from gearchaos.model import STIFFNESS_KINDS, GearModel, MeshModel, TransmissionError
 from gearchaos.proof.certificate import REASON_CODES, Proved
 from gearchaos.quantities import RESPONSES, parse, quantity

@@ -221,7 +221,7 @@ def model() -> MeshModel:
 
 def computed() -> list[tuple[float, float]]:
     """z and z' of the orbit as this installation computes them, from the state with the least z on."""
-    from gearchaos.studies.regime import regime
+    from gearchaos.studies.motion.regime import regime
 
     section = regime(model()).section
     states = list(zip(map(float, section["z"]), map(float, section["z_dot"]), strict=True))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 import gearchaos as gc
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from tests import ONE_SPRING

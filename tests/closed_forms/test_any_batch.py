@@ -10,7 +10,7 @@ import gearchaos as gc
 from gearchaos.dynamics import Classification, classify
 from gearchaos.dynamics.response import MOTION
 from gearchaos.execute import tiles
-from gearchaos.studies.refine import refined
+from gearchaos.studies.maps.refine import refined
 from tests.flows import flow_of, unit_vectors
 
 SHORT = Classification(longest_transient=800, doublings=1, averaging_periods=16)

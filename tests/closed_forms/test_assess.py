@@ -14,12 +14,12 @@ from benchmarks.reality import drawn_design, with_error
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
 from gearchaos.continuation.natural import End, Follower, Orbits, Path
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model
-from gearchaos.studies.assess import Assessment
-from gearchaos.studies.followed_motions import FollowedMotions, Motion
-from gearchaos.studies.proportions import proportion
-from gearchaos.studies.speed_windows import RandomStates, UsableRange
-from gearchaos.studies.window_edges import Sought, Way, continue_orbits
+from gearchaos.gears.operation.operating import as_model
+from gearchaos.studies.core.proportions import proportion
+from gearchaos.studies.operation.followed_motions import FollowedMotions, Motion
+from gearchaos.studies.operation.window_edges import Sought, Way, continue_orbits
+from gearchaos.studies.speeds.assess import Assessment
+from gearchaos.studies.speeds.speed_windows import RandomStates, UsableRange
 from tests.closed_forms.linear_gears import SPUR
 
 EDGE = 1e-8  # relative: what an edge is to agree with the event of a branch

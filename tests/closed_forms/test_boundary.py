@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.studies import basins as boundary
+from gearchaos.studies.motion import basins as boundary
 
 
 def test_entropy_of_boxes_counted_by_hand():

@@ -8,7 +8,7 @@ from scipy.stats import sem
 import gearchaos as gc
 from gearchaos.dynamics import Label, Reason
 from gearchaos.dynamics.initial_conditions import default_box, spread
-from gearchaos.studies.attractor_set import Attractor, AttractorSet, _statistics
+from gearchaos.studies.motion.attractor_set import Attractor, AttractorSet, _statistics
 from tests.flows import flow_of
 
 SINGLE = gc.MeshModel.of(kind="single", omega=2.3, eps1=0.05)

@@ -9,7 +9,7 @@ from gearchaos.flow import Measure
 from gearchaos.model import COORDINATES, vary
 from gearchaos.model.coordinates import initial_state, reset_mean_rotation, to_physical, transmission_error_at_start
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.initial_value_problems import swept_initial_values
+from gearchaos.studies.core.initial_value_problems import swept_initial_values
 from tests.flows import flow_of
 
 

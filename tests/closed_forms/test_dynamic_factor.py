@@ -21,7 +21,7 @@ from gearchaos.gears.dynamic_factor.iso_method_b import (
     running_in_allowance,
 )
 from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC, dynamic_factor_c
-from gearchaos.gears.mechanics import MeshLoad, mesh_load
+from gearchaos.gears.geometry.mechanics import MeshLoad, mesh_load
 from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
 from gearchaos.gears.transmission_error import Quality, tolerances
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995

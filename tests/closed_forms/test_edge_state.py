@@ -7,7 +7,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from gearchaos.studies.saddles import EdgeTracking
+from gearchaos.studies.orbits.saddles import EdgeTracking
 from tests.commands import ask, run_json
 
 SINGLE = gc.MeshModel.of(kind="single", zeta=0.025, q0=0.1, eps1=0.05, omega=2.3)

@@ -10,7 +10,7 @@ from scipy.stats import t
 import gearchaos as gc
 from benchmarks.fit import BOUNDS, PAIR, trial
 from gearchaos.dynamics.response import CONTACTS
-from gearchaos.studies.fitted_motions import PairsAtSpeeds
+from gearchaos.studies.fit.fitted_motions import PairsAtSpeeds
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
 

@@ -12,7 +12,7 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances, base_tangent_length
 from gearchaos.gears.geometry.dimensions import Geometry, shift_sum
 from gearchaos.gears.geometry.tooth_root import inverse_involute, involute
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.mesh.pair import GearPair
 
 EXAMPLE_1 = GearDesign(
     teeth=(17, 103), module="8 mm", helix_angle="15.8 deg", face_width="100 mm", centre_distance="500 mm",

@@ -9,13 +9,13 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
-from gearchaos.gears import helical
-from gearchaos.gears.helical import Strips
-from gearchaos.gears.loaded_error import contact_ratio_under_load, loaded_error, peak_to_peak
-from gearchaos.gears.operating import as_model
-from gearchaos.gears.separation import separation_margin
+from gearchaos.gears.mesh import helical
+from gearchaos.gears.mesh.helical import Strips
+from gearchaos.gears.mesh.tooth_pairs import ToothPairs
+from gearchaos.gears.operation.loaded_error import contact_ratio_under_load, loaded_error, peak_to_peak
+from gearchaos.gears.operation.operating import as_model
+from gearchaos.gears.operation.separation import separation_margin
 from gearchaos.gears.stiffness.iso6336 import relative_length
-from gearchaos.gears.tooth_pairs import ToothPairs
 from gearchaos.model import vary
 from gearchaos.plot._contact_pattern import line_loads
 from gearchaos.studyfile import load_design

@@ -9,16 +9,16 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.quantities import datasheet
-from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import from_query, to_query
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.text import from_query, to_query
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.loaded_error import contact_ratio_under_load, loaded_error, peak_to_peak, two_pairs_from
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.loaded_error import contact_ratio_under_load, loaded_error, peak_to_peak, two_pairs_from
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.gears.stiffness.iso6336 import METHOD
 from gearchaos.model import vary
 from gearchaos.model.static import static_contacts, static_deflection
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 from tests.branches import axes
 
 HIGH = gc.GearDesign(

@@ -7,7 +7,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.fields import formulas
+from gearchaos.gears.io.fields import formulas
 from gearchaos.gears.stiffness.iso6336 import Blank, ToothStiffness, rack_factor, tooth_stiffness
 from tests.gear_examples import ISO_TR_EXAMPLE_1, SPUR_62, spur
 

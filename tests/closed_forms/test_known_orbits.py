@@ -10,9 +10,9 @@ from gearchaos.dynamics import classify
 from gearchaos.dynamics.initial_conditions import default_box, spread
 from gearchaos.model import vary
 from gearchaos.model.switched import coordinates
-from gearchaos.studies.initial_value_problems import Motions, initial_states, initial_value_problems
-from gearchaos.studies.known_orbits import LONGEST, reach
-from gearchaos.studies.load_change import wide_states
+from gearchaos.studies.core.initial_value_problems import Motions, initial_states, initial_value_problems
+from gearchaos.studies.operation.known_orbits import LONGEST, reach
+from gearchaos.studies.operation.load_change import wide_states
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES, ONE_SPRING
 
@@ -73,7 +73,7 @@ def test_a_search_finds_the_same_without_comparing_with_known_orbits(monkeypatch
     scan = {"speed": "780:900:2", "torque": 100.0, "starts": 24, "spacing": 0.02}
     found = gc.speeds_to_avoid(design, **scan)
     assert found.windows and max(each.random_states.fraction for each in found.windows) < 1
-    monkeypatch.setattr("gearchaos.studies.followed_motions.LONGEST_ORBIT", 0)
+    monkeypatch.setattr("gearchaos.studies.operation.followed_motions.LONGEST_ORBIT", 0)
     each_judged = gc.speeds_to_avoid(design, **scan)
     assert [each.words for each in each_judged.windows] == [each.words for each in found.windows]
     for name in ("random_states", "avoided_states", "contact", "period"):

@@ -10,7 +10,7 @@ import scipy.linalg
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.gears.train.modes import modes
 from tests import EXAMPLES
 

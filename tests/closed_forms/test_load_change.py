@@ -10,13 +10,13 @@ from scipy.stats import binomtest, kstest
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.model.switched import begun_at
-from gearchaos.studies.cells_to_avoid import to_avoid
-from gearchaos.studies.initial_value_problems import initial_value_problems
-from gearchaos.studies.knocks import LARGEST
-from gearchaos.studies.load_change import LoadChange, stored_energy
-from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.core.initial_value_problems import initial_value_problems
+from gearchaos.studies.maps.cells_to_avoid import to_avoid
+from gearchaos.studies.operation.knocks import LARGEST
+from gearchaos.studies.operation.load_change import LoadChange, stored_energy
+from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 from tests.closed_forms.linear_gears import SPUR
 
 LOAD = 0.2  # deflection at rest, in half backlashes

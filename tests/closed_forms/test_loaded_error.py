@@ -10,7 +10,7 @@ from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.page import sheet_html
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
-from gearchaos.gears.loaded_error import best_relief, contact_ratio_under_load, loaded_error, peak_to_peak
+from gearchaos.gears.operation.loaded_error import best_relief, contact_ratio_under_load, loaded_error, peak_to_peak
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
 from tests.branches import axes

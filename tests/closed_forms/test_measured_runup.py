@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import gearchaos as gc
-from gearchaos.studies.measured_runup import (
+from gearchaos.studies.runup.measured_runup import (
     MeasuredSignal,
     compared_orders,
     measured_runup,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.mechanics import STEEL
+from gearchaos.gears.geometry.mechanics import STEEL
 from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import fourier_coefficients, from_iso, relative_length, tooth_stiffness
 from gearchaos.gears.stiffness.potential_energy import ToothPairs, from_energy

@@ -15,10 +15,10 @@ from gearchaos.dynamics import classify
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.dynamics.time_series import line_amplitudes, modulation, real_cepstrum
 from gearchaos.flow import ExactFlow
-from gearchaos.gears.operating import as_model, model_of_gears
-from gearchaos.studies.initial_value_problems import initial_value_problems
-from gearchaos.studies.orders import Wheels, force_by_motion
-from gearchaos.studies.simulate import mesh_forces
+from gearchaos.gears.operation.operating import as_model, model_of_gears
+from gearchaos.studies.core.initial_value_problems import initial_value_problems
+from gearchaos.studies.motion.simulate import mesh_forces
+from gearchaos.studies.vibration.orders import Wheels, force_by_motion
 from tests.closed_forms.linear_gears import LINEAR, PAIR
 from tests.commands import ask, run_json
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.fields import formulas
+from gearchaos.gears.io.fields import formulas
 from gearchaos.gears.transmission_error import Quality, rounded, tolerances
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.gears.transmission_error.iso1328_2013 import ISO_2013

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 
 FALL = (1.4, 0.7, 0.84, 1.0, 1.2)
 """Rises of 1.2 at most, and a fall to the half."""

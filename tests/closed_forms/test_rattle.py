@@ -10,9 +10,9 @@ import gearchaos as gc
 from gearchaos.cli.rattle import rattle_document
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.initial_value_problems import PERIODS_PER_VALUE
+from gearchaos.gears.operation.operating import as_model
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.core.initial_value_problems import PERIODS_PER_VALUE
 from tests.closed_forms.linear_gears import loose_train, onset
 
 SHORT = Classification(transient_lengths=(80,), longest_period=8, exponent_run=40, doublings=0, longest_transient=0)

@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from gearchaos.dynamics import Reason
-from gearchaos.studies.refine import SIDE, refined
+from gearchaos.studies.maps.refine import SIDE, refined
 
 ROW, COLUMN = np.mgrid[:200, :240]
 PLANES = {

@@ -8,7 +8,7 @@ from scipy.io import wavfile
 
 import gearchaos as gc
 from gearchaos.flow import OK, ExactFlow, Measure, follow_schedule
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state, prescribed_rates_at_start
 from gearchaos.model.switched import switched_system

@@ -13,8 +13,8 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.cli.runup import print_runup, runup_document
-from gearchaos.studies import runup, runup_results
-from gearchaos.studies.runup_jumps import GOES_ON, NOT_PERIODIC, Jump, find_event
+from gearchaos.studies.runup import runup, runup_results
+from gearchaos.studies.runup.runup_jumps import GOES_ON, NOT_PERIODIC, Jump, find_event
 from gearchaos.studyfile import load_study
 from tests.closed_forms.linear_gears import PAIR_FILE
 from tests.commands import ask
@@ -114,7 +114,7 @@ def test_a_command_that_is_killed_goes_on(tmp_path, monkeypatch):
     def arguments(name):
         return ["runup", str(PAIR_FILE), "--speed", "1200:1330", "--duration", "3 s", "--out", str(tmp_path / name)]
 
-    code = ("from gearchaos.studies import runup, runup_results; from gearchaos.cli import main; "
+    code = ("from gearchaos.studies.runup import runup, runup_results; from gearchaos.cli import main; "
             "runup_results._BETWEEN, runup._SAMPLES = 0.1, 1 << 13; main()")
     run = subprocess.Popen([sys.executable, "-c", code, *arguments("r.nc")], stdout=subprocess.DEVNULL,
                            stderr=subprocess.DEVNULL)

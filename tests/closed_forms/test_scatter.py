@@ -11,9 +11,15 @@ import gearchaos as gc
 from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.distributions import SCRAMBLES, Scattered, correlated, correlation_factor, probabilities
-from gearchaos.studies.scatter_estimates import at_best, at_half, jackknife, probability, sobol_indices
-from gearchaos.studies.scattered_models import in_contact
+from gearchaos.studies.uncertainty.distributions import (
+    SCRAMBLES,
+    Scattered,
+    correlated,
+    correlation_factor,
+    probabilities,
+)
+from gearchaos.studies.uncertainty.scatter_estimates import at_best, at_half, jackknife, probability, sobol_indices
+from gearchaos.studies.uncertainty.scattered_models import in_contact
 from tests.closed_forms.linear_gears import SPUR
 
 G = np.array([0, 1, 4.5, 9, 99, 99, 99, 99])

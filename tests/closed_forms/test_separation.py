@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.gears.separation import separation_torque
-from gearchaos.gears.units import RPM
+from gearchaos.gears.io.units import RPM
+from gearchaos.gears.operation.separation import separation_torque
 from gearchaos.model import DAMPING_LAWS
 
 PAIR = {"teeth1": 25, "base_radius1": 0.03, "stiffness": 4e8, "mass": 0.25, "damping_ratio": 0.05}

@@ -10,15 +10,15 @@ import gearchaos as gc
 from benchmarks.speeds_to_avoid import trial
 from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
-from gearchaos.gears.units import RPM
-from gearchaos.studies import speeds_to_avoid as inner
-from gearchaos.studies.beside_factors import peak_root_stress
-from gearchaos.studies.beyond_the_teeth import BEYOND, TeethLimits
-from gearchaos.studies.criteria import Criteria
-from gearchaos.studies.followed_motions import FollowedMotions, Motion, speeds_between
-from gearchaos.studies.severities import CRITERION, FORCE_CRITERION
-from gearchaos.studies.speed_search import AtTorque
-from gearchaos.studies.speed_windows import MOST_PEAKS, Peak
+from gearchaos.gears.io.units import RPM
+from gearchaos.studies.operation.beside_factors import peak_root_stress
+from gearchaos.studies.operation.beyond_the_teeth import BEYOND, TeethLimits
+from gearchaos.studies.operation.followed_motions import FollowedMotions, Motion, speeds_between
+from gearchaos.studies.operation.severities import CRITERION, FORCE_CRITERION
+from gearchaos.studies.speeds import speeds_to_avoid as inner
+from gearchaos.studies.speeds.criteria import Criteria
+from gearchaos.studies.speeds.speed_search import AtTorque
+from gearchaos.studies.speeds.speed_windows import MOST_PEAKS, Peak
 from tests.closed_forms.linear_gears import SPUR
 
 DESIGN = gc.GearDesign(
@@ -123,7 +123,7 @@ def test_the_first_speeds_are_as_dense_as_the_damping_asks_for(linear):
 def test_what_is_not_known_so_well_is_said(linear, monkeypatch):
     weak = gc.speeds_to_avoid(replace(linear, damping_ratio=0.005), "400:410:2", starts=0)
     assert weak.coarse == "at a damping ratio of 0.005 a resonance may pass between the first speeds"
-    for module in ("followed_motions", "speeds_to_avoid"):
+    for module in ("operation.followed_motions", "speeds.speeds_to_avoid"):
         monkeypatch.setattr(f"gearchaos.studies.{module}.MOST_SPEEDS", 8)
     found = gc.speeds_to_avoid(linear, "4600:5200:2", starts=0, spacing=1)
     assert found.coarse == "the search ended at 8 speeds"

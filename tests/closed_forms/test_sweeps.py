@@ -5,8 +5,8 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
-from gearchaos.studies.initial_value_problems import swept_initial_values
-from gearchaos.studies.zones import _count_distinct
+from gearchaos.studies.core.initial_value_problems import swept_initial_values
+from gearchaos.studies.maps.zones import _count_distinct
 
 PERIODS_PER_VALUE = 400
 """Mesh periods at every value, as docs/verdicts.md says."""

@@ -11,8 +11,8 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasheet.answer import LIKE_TEETH, Answer
 from gearchaos.errors import DesignWarning, InputError
-from gearchaos.gears.mechanics import STEEL
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.geometry.mechanics import STEEL
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.gears.stiffness.potential_energy import Stations, tooth_compliance
 from gearchaos.gears.transmission_error import tolerances
 from gearchaos.studyfile import load_study

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.gears.mechanics import STEEL, Material
+from gearchaos.gears.geometry.mechanics import STEEL, Material
 from gearchaos.gears.stiffness.potential_energy import (
     Load,
     Stations,

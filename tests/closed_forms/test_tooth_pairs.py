@@ -11,7 +11,7 @@ from gearchaos.flow import ExactFlow
 from gearchaos.model import vary
 from gearchaos.model.static import static_deflection
 from gearchaos.model.switched import reversed_in_time, switched_system, velocity_signs
-from gearchaos.studies.quasi_static import quasi_static_ratio
+from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 
 
 def random_pairs(seed: int) -> gc.ToothPairStiffness:

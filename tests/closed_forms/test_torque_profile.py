@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
 from gearchaos.studyfile import load_study

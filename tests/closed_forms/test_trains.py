@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.gears.operating import as_model
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.gears.operation.operating import as_model
+from gearchaos.studies.core.initial_value_problems import initial_value_problems
 from tests.closed_forms.linear_gears import loose_train
 
 STEPS = {"levels": [3e8, 2e8], "starts": [0.0, 0.6]}

@@ -8,9 +8,9 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics.time_series import evenly
-from gearchaos.gears.order_spectrum import read_order_spectrum
+from gearchaos.gears.io.order_spectrum import read_order_spectrum
 from gearchaos.sound import check_sound
-from gearchaos.studies.measured_runup import MeasuredOrders, read_measured_runup
+from gearchaos.studies.runup.measured_runup import MeasuredOrders, read_measured_runup
 from gearchaos.studyfile import load_study
 from gearchaos.uff_files import even_rate
 from tests.closed_forms.linear_gears import LINEAR, PAIR_FILE

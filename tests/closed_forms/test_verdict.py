@@ -10,10 +10,10 @@ from gearchaos.dynamics import Classification, ClassificationState, Label, Reaso
 from gearchaos.dynamics.orbits import candidates
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.model import MeshModel
-from gearchaos.studies.attractors import Attractors
-from gearchaos.studies.basins import Basins
-from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.zones import Zones
+from gearchaos.studies.maps.bifurcation import Bifurcation
+from gearchaos.studies.maps.zones import Zones
+from gearchaos.studies.motion.attractors import Attractors
+from gearchaos.studies.motion.basins import Basins
 from tests import flows
 
 SHORT = Classification(transient_lengths=(80,), longest_period=8, exponent_run=21, doublings=0, longest_transient=0,

@@ -9,11 +9,11 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.text import pair_at
+from gearchaos.explorer.core.text import pair_at
 from gearchaos.gears.geometry.corner_contact import DEEPEST, corner_contact, corner_gap
 from gearchaos.gears.geometry.dimensions import mating_geometry
-from gearchaos.gears.loaded_error import loaded_error
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.loaded_error import loaded_error
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.model import ToothPairStiffness, vary
 from gearchaos.model.static import static_deflection
 from gearchaos.model.switched import switched_system

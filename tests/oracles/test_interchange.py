@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TransmissionError
 from tests.oracles import scipy_oracle
 from tests.oracles.march import levels

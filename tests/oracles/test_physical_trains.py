@@ -7,9 +7,9 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.flow import OK, Measure, of_meshes
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.quantities import parameter_owner
-from gearchaos.studies.initial_value_problems import initial_value_problems
+from gearchaos.studies.core.initial_value_problems import initial_value_problems
 from tests.oracles.physical_trains import Oracle, motion
 from tests.oracles.random_trains import SHAPES, random_state, random_train
 

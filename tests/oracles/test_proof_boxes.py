@@ -23,7 +23,7 @@ from gearchaos.proof.families.coefficients import shifted
 from gearchaos.proof.families.events import connection
 from gearchaos.proof.motion import trajectory
 from gearchaos.proof.parameters import exact_parameters, lifted
-from gearchaos.studies.proofs import orbit_points
+from gearchaos.studies.proofs.proofs import orbit_points
 
 BITS = 128
 STEPS = SteppedStiffness(levels=(1.2, 0.7, 0.9), starts=(0.0, 0.4, 0.75))

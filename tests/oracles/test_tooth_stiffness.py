@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from gearchaos.gears.mechanics import STEEL
+from gearchaos.gears.geometry.mechanics import STEEL
 from gearchaos.gears.stiffness.potential_energy import (
     ToothPairs,
     foundation_compliance,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.gears.operating import as_model
+from gearchaos.gears.operation.operating import as_model
 from tests.oracles import uneven_teeth
 
 LOST = 0.3

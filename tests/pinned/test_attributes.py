@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gearchaos.datasets import describe, variable
-from gearchaos.gears.pair import Scales
-from gearchaos.gears.results import scaled
+from gearchaos.gears.mesh.pair import Scales
+from gearchaos.gears.operation.results import scaled
 from gearchaos.model import MeshModel
 
 # name | long_name | units | units for a pair, if there are others | long_name for a pair, if it is another

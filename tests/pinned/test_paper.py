@@ -399,7 +399,7 @@ def test_a_range_is_proved_at_the_values_computed_with_the_same_certificates_on_
 
 def test_without_python_flint_the_report_says_so_once(tmp_path, monkeypatch, capsys, draft_cache):
     monkeypatch.setattr("gearchaos.paper.report.ComputationCache", lambda *_, **__: draft_cache)
-    monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
+    monkeypatch.setattr("gearchaos.studies.proofs.proofs.find_spec", lambda name: None)
     assert build(tmp_path, [9], "draft") == 0
     assert 'pip install "gearchaos[proof]"' in " ".join(capsys.readouterr().err.split())
     text = (tmp_path / "index.html").read_text()

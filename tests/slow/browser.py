@@ -11,11 +11,10 @@ from functools import cache
 
 import pytest
 
-from gearchaos.explorer.jobs import worker
-from gearchaos.explorer.view import bounds
-from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import from_query
+from gearchaos.explorer.core import bounds, worker
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.text import from_query
 from gearchaos.studyfile import load_study
 from tests import ONE_SPRING
 

@@ -43,7 +43,7 @@ def instant(monkeypatch, tmp_path):
 @pytest.fixture(scope="session")
 def kernels():
     """Compiled kernels for most models of the explorer, so that no page has to wait for the compiler."""
-    from gearchaos.studies.warmup import warmup
+    from gearchaos.studies.core.warmup import warmup
 
     list(warmup((2, 4)))
 

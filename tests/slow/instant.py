@@ -26,7 +26,7 @@ import numpy as np
 
 import gearchaos as gc
 from gearchaos.store import tiles
-from gearchaos.studies.zones import Zones
+from gearchaos.studies.maps.zones import Zones
 from tests import ROOT
 
 STUDY = '[model]\nq0 = 0.1\n[study]\nkind = "zones"\nx = "omega=0.5:1.1:30"\ny = "eps1=0.05:0.3:20"\n'

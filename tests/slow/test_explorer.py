@@ -7,9 +7,9 @@ import pytest
 from PIL import Image
 
 import gearchaos as gc
-from gearchaos.explorer.view.bounds import value_range
-from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import COLOURS
+from gearchaos.explorer.core.bounds import value_range
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.state import COLOURS
 from tests.commands import ask
 from tests.slow.browser import CALM, COMMAND, FEW_CELLS, MAP, NEEDED, SIZES, START
 

@@ -7,9 +7,9 @@ import pytest
 from PIL import Image
 
 import gearchaos as gc
-from gearchaos.explorer.jobs.orbits import skeleton
-from gearchaos.explorer.panels.diagram import BRANCH_COLOUR as BRANCH
-from gearchaos.explorer.panels.map import CURVE_COLOURS as CURVES
+from gearchaos.explorer.features.map.panel import CURVE_COLOURS as CURVES
+from gearchaos.explorer.features.motion.diagram import BRANCH_COLOUR as BRANCH
+from gearchaos.explorer.features.motion.orbits import skeleton
 from tests.slow.browser import NEEDED
 
 sync_api = pytest.importorskip("playwright.sync_api")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.explorer.view.presets import presets
+from gearchaos.explorer.core.presets import presets
 from gearchaos.studyfile import load_design, load_study
 from tests.slow.browser import DESIGN, FIRST, NEEDED, SIZES, Visit
 from tests.slow.test_explorer_curves import BRANCH, PLACE, follow, near, pixels, show_curves

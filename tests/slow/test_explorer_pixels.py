@@ -8,8 +8,8 @@ from bokeh.palettes import Viridis256
 from PIL import Image
 
 import gearchaos as gc
-from gearchaos.explorer.jobs.map import COARSE
-from gearchaos.explorer.view.state import COLOURS, OF_LOAD_CHANGES
+from gearchaos.explorer.core.state import COLOURS, OF_LOAD_CHANGES
+from gearchaos.explorer.features.map.job import COARSE
 from gearchaos.plot.classes import CONTACT_CLASSES, MOTION_CLASSES
 from tests.slow.browser import NEEDED
 

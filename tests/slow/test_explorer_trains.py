@@ -2,7 +2,7 @@
 
 import pytest
 
-from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.core.state import view_of
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.slow.browser import NEEDED, SIZES, Visit, served

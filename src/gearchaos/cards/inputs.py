@@ -14,14 +14,14 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import transverse_section
 from gearchaos.gears.design.values import ReliefDimensions
-from gearchaos.gears.operating import OperatingModel
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.mesh.pair import GearPair
+from gearchaos.gears.operation.operating import OperatingModel
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.train.parts import Body
 from gearchaos.gears.train.train import Train
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.model import MeshModel, has_effect, mesh_stiffness, transmission_error
-from gearchaos.studies.study import Study
+from gearchaos.studies.core.study import Study
 
 _KINDS = {"single": "Single-degree-of-freedom model", "torsional": "Torsional model",
           "full": "Model with elastic supports"}

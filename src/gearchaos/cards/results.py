@@ -20,10 +20,10 @@ from gearchaos.plot.diagrams import density
 from gearchaos.plot.motions import first_coordinate
 from gearchaos.plot.states import UNDECIDED, attractor_colours
 from gearchaos.plot.theme import EVENT_COLOURS
-from gearchaos.studies.beside_factors import beside_factors
-from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts
-from gearchaos.studies.regime import Verdict, steady
-from gearchaos.studies.simulate import simulate
+from gearchaos.studies.motion.regime import Verdict, steady
+from gearchaos.studies.motion.simulate import simulate
+from gearchaos.studies.operation.beside_factors import beside_factors
+from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts
 
 _PLANE = ("z", "z_dot")
 _LONGEST = 16  # longest period, in mesh periods, of an orbit whose trajectory is drawn

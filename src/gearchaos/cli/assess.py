@@ -40,7 +40,7 @@ from gearchaos.files import write_bytes
 if TYPE_CHECKING:
     from gearchaos.datasheet.report import Report
     from gearchaos.dynamics import Classification
-    from gearchaos.studies.axis import Axis
+    from gearchaos.studies.core.axis import Axis
 
 _MOST_TABLES, _MOST_JUMPS = 6, 6
 """Torques of which the ranges are printed, and jumps."""
@@ -91,9 +91,9 @@ def assess(
     check_output("--pdf", pdf, (".pdf",))
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.datasheet.report import Report
-    from gearchaos.gears.operating import is_design
-    from gearchaos.studies.assess import assess as assessed
-    from gearchaos.studies.operating_ranges import range_of_speeds, torques_of
+    from gearchaos.gears.operation.operating import is_design
+    from gearchaos.studies.core.operating_ranges import range_of_speeds, torques_of
+    from gearchaos.studies.speeds.assess import assess as assessed
 
     axis, torques = range_of_speeds(speed, "--speed"), None if torque is None else torques_of(torque, "--torque")
     _refuse_without_effect(sets, torques)
@@ -139,8 +139,8 @@ def _described(
 ) -> tuple[Any, Classification | None]:
     """The gears of a file, a design or a model, and its settings of the classification, if it has some."""
     from gearchaos.dynamics import Classification
-    from gearchaos.gears.operating import is_design
-    from gearchaos.studies.axis import Axis
+    from gearchaos.gears.operation.operating import is_design
+    from gearchaos.studies.core.axis import Axis
     from gearchaos.studyfile import load_design, load_study, parse_set
 
     at_start = [] if torques is None else [Axis("torque", torques[0], torques[0], 1)]
@@ -165,7 +165,7 @@ def _with_changes(
 
     ``seconds`` is how long one assessment took.
     """
-    from gearchaos.studies.changed_designs import assess_changes, assumptions, improvements
+    from gearchaos.studies.speeds.changed_designs import assess_changes, assumptions, improvements
 
     design = report.found.gears.at(torque=report.found.at[-1].torque)
     changes = [list(of(design)) if given else None

@@ -14,7 +14,7 @@ from gearchaos.cli.output import plain_table, print_table
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
-    from gearchaos.studies.speed_windows import SpeedsToAvoid
+    from gearchaos.studies.speeds.speed_windows import SpeedsToAvoid
 
 Factor = Annotated[
     float | None,
@@ -64,7 +64,7 @@ def _is_number(text: str) -> bool:
 def change_of(text: str | None) -> float | None:
     """The change of the load of ``--load-change``, None for none; raises `InputError` for what is no number, or out of
     bounds."""
-    from gearchaos.studies.load_change import LOAD_CHANGES
+    from gearchaos.studies.operation.load_change import LOAD_CHANGES
     from gearchaos.validation import check_rule
 
     if text in (None, "none"):

@@ -10,14 +10,14 @@ from rich.table import Table
 
 from gearchaos.cli.output import facts_table, print_table, shown, unit_after
 from gearchaos.datasets import motions
-from gearchaos.gears.results import is_physical, scaled_numbers
+from gearchaos.gears.operation.results import is_physical, scaled_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import xarray as xr
 
-    from gearchaos.gears.pair import Scales
+    from gearchaos.gears.mesh.pair import Scales
 
 
 def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
@@ -62,7 +62,7 @@ def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
 
 def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
     """Print a branch of periodic orbits: where it ends and is stable, jumps, its events in order."""
-    from gearchaos.studies.branch_lines import axis_of, stable_parts
+    from gearchaos.studies.orbits.branch_lines import axis_of, stable_parts
 
     name, (low, high), events = axis_of(dataset), document["range"], document["events"]
     unit, table = unit_after(dataset, name), facts_table()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from gearchaos.cli.avoided import print_avoided, say_lines
 from gearchaos.cli.errors import say
 from gearchaos.cli.output import plain_table, print_table
-from gearchaos.gears.units import measured
+from gearchaos.gears.io.units import measured
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,7 +56,7 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
     Quantities are in groups, each above its formula and source, then the reasons why others have no value.
     """
     from gearchaos.gears.dynamic_factor import standards
-    from gearchaos.studies.speed_windows import speed_in_words
+    from gearchaos.studies.speeds.speed_windows import speed_in_words
 
     first = answers[0]
     for answer in answers:

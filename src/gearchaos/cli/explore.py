@@ -14,8 +14,8 @@ from gearchaos.cli.process import collect_garbage
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
-    from gearchaos.explorer.view.state import View
-    from gearchaos.studies.axis import Axis
+    from gearchaos.explorer.core.state import View
+    from gearchaos.studies.core.axis import Axis
     from gearchaos.studyfile import LoadedStudy
 
 
@@ -55,11 +55,11 @@ def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
 
     For gears the ranges of ω and q0 in a study file are those of the speed and torque.
     """
-    from gearchaos.explorer.view.models import as_operating_axis
-    from gearchaos.explorer.view.presets import presets
-    from gearchaos.explorer.view.state import view_of
-    from gearchaos.gears.operating import OperatingModel
-    from gearchaos.studies.distributions import as_text
+    from gearchaos.explorer.core.models import as_operating_axis
+    from gearchaos.explorer.core.presets import presets
+    from gearchaos.explorer.core.state import view_of
+    from gearchaos.gears.operation.operating import OperatingModel
+    from gearchaos.studies.uncertainty.distributions import as_text
 
     if len(given) not in (0, 2):
         raise InputError("--axis", "must be given twice or not at all", [axis.name for axis in given],

@@ -10,7 +10,7 @@ import numpy as np
 
 from gearchaos.cli.output import plain_table, print_table, print_wrapped, shown_rows
 from gearchaos.dynamics.response import CONTACTS
-from gearchaos.gears.units import measured
+from gearchaos.gears.io.units import measured
 
 if TYPE_CHECKING:
     import xarray as xr

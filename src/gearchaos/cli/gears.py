@@ -62,14 +62,14 @@ def gear(
         raise InputError("--factor", "must be a finite number greater than 0", factor)
     if factor_alone and factor is None:
         raise InputError("--factor-alone", "needs --factor", True, "It lists the speeds with a higher dynamic factor.")
-    from gearchaos.studies.operating_ranges import range_of_speeds, torques_of
+    from gearchaos.studies.core.operating_ranges import range_of_speeds, torques_of
 
     torques = (None,) if torque is None else torques_of(torque, "--torque")
     if plot is not None and len(torques) > 1:
         raise InputError("--plot", "needs a single --torque", list(torques),
                          "The page of --out has a picture for each.")
     from gearchaos.datasheet.answer import LEFT_OUT, Answer, default_speeds
-    from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
+    from gearchaos.studies.speeds.speeds_to_avoid import speeds_to_avoid
 
     axis = None if speed is None else range_of_speeds(speed, "--speed")
     options = criteria(factor, root_stress, load_change, wide)
@@ -145,9 +145,9 @@ def operating_map(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.studies.operating_ranges import operating_axis
-    from gearchaos.studies.speed_and_torque import checked_operating_model, in_operating_units
-    from gearchaos.studies.zones import Zones
+    from gearchaos.studies.core.operating_ranges import operating_axis
+    from gearchaos.studies.maps.zones import Zones
+    from gearchaos.studies.speeds.speed_and_torque import checked_operating_model, in_operating_units
 
     change = states_after(load_change, starts)
     axes = {"x": operating_axis("speed", speed, "--speed"), "y": operating_axis("torque", torque, "--torque")}

@@ -50,8 +50,8 @@ def warmup(
 ) -> None:
     """Compile all kernels now, so that no later command has to."""
     from gearchaos.model import DAMPING_LAWS
-    from gearchaos.studies.warmup import MODELS
-    from gearchaos.studies.warmup import warmup as run
+    from gearchaos.studies.core.warmup import MODELS
+    from gearchaos.studies.core.warmup import warmup as run
 
     if damping_law is not None and damping_law not in DAMPING_LAWS:
         raise unknown_name("--damping-law", damping_law, DAMPING_LAWS)

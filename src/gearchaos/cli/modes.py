@@ -46,7 +46,7 @@ def modes(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.model import MeshModel
-    from gearchaos.studies.natural_frequencies import natural_frequencies
+    from gearchaos.studies.vibration.natural_frequencies import natural_frequencies
     from gearchaos.studyfile import open as open_file
     from gearchaos.studyfile import parse_set
 

@@ -22,14 +22,14 @@ from gearchaos.quantities import OPERATION
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.studies.axis import Axis
+    from gearchaos.studies.core.axis import Axis
     from gearchaos.studyfile import LoadedStudy
 
 RANGE = 2
-"""Number of values of an axis of which only the ends count, as `gearchaos.studies.options` says."""
+"""Number of values of an axis of which only the ends count, as `gearchaos.studies.core.options` says."""
 
 TORQUES = "T1,T2,…|A:B:N"
-"""Several torques in one text, as `gearchaos.studies.operating_ranges` reads it."""
+"""Several torques in one text, as `gearchaos.studies.core.operating_ranges` reads it."""
 
 app = typer.Typer(cls=Commands,
                   help="What will this gear mesh do? Exact flow, verdicts and maps for gear pairs with backlash.",
@@ -142,7 +142,7 @@ def parse_axes(texts: list[str] | None, counts: Sequence[int | None] = ()) -> li
     ``counts`` are the numbers of values of those of which the text has none; None where it must have one. Where only
     the ends of an axis count, a number that is given is named as of no effect.
     """
-    from gearchaos.studies.axis import as_range, parse_axis
+    from gearchaos.studies.core.axis import as_range, parse_axis
 
     found = []
     for number, text in enumerate(texts or []):
@@ -160,8 +160,8 @@ def study_axes(kind: str, loaded: LoadedStudy, given_axes: list[Axis]) -> dict[s
     values of basins for nothing else.
     Raises `InputError` unless there are as many as the study has: one along a parameter, two over a plane, or none.
     """
-    from gearchaos.studies.axis import axis_example
-    from gearchaos.studies.registry import study_class
+    from gearchaos.studies.core.axis import axis_example
+    from gearchaos.studies.core.registry import study_class
 
     names = study_class(kind).axis_fields
     others = loaded.options if "basins" not in (kind, loaded.kind) else {}
@@ -189,7 +189,7 @@ def in_units(dataset: xr.Dataset, loaded: LoadedStudy, physical: bool) -> xr.Dat
     """A result, with ``physical`` in the units of the gear pair."""
     if not physical or loaded.pair is None:
         return dataset
-    from gearchaos.gears.results import physical as scaled
+    from gearchaos.gears.operation.results import physical as scaled
 
     return scaled(dataset, loaded.gears)
 

@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.output import plain_table, print_table, print_wrapped
-from gearchaos.gears.measured_quantities import MEASURED
-from gearchaos.gears.units import measured
-from gearchaos.studies.orders import FLOOR
+from gearchaos.gears.io.measured_quantities import MEASURED
+from gearchaos.gears.io.units import measured
+from gearchaos.studies.vibration.orders import FLOOR
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -135,7 +135,7 @@ def print_json(document: dict[str, Any]) -> None:
 
 def say_proofs(document: dict[str, Any]) -> None:
     """Print on stderr how many cells of a map are proved, if its document says so."""
-    from gearchaos.studies.proved_cells import proof_counts_in_words
+    from gearchaos.studies.proofs.proved_cells import proof_counts_in_words
 
     if "proofs" in document:
         say(proof_counts_in_words(document["proofs"]))

@@ -38,7 +38,7 @@ def prove_chaos(
     check_output("--certificate", certificate, (".json",))
     tolerances = initial_values(tolerance or [], "--tolerance")
     loaded = load(study, sets)
-    from gearchaos.studies.chaos_proof import prove_chaos as proof
+    from gearchaos.studies.proofs.chaos_proof import prove_chaos as proof
 
     result = proof(loaded.model, tolerances=tolerances)
     write_certificate(result, certificate)
@@ -59,7 +59,7 @@ def verify(
     ] = None,
 ) -> None:
     """Check certificates of periodic orbits and chaotic sets; exit code 0 if all are proved, 1 if any is refused."""
-    from gearchaos.studies.proofs import check_installed, write_verifier
+    from gearchaos.studies.proofs.proofs import check_installed, write_verifier
 
     check_output("--script", script, (".py",))
     if not files and script is None:
@@ -128,7 +128,7 @@ def paper(
     from gearchaos.model import DEFAULT_LAW
     from gearchaos.paper.report import build
     from gearchaos.paper.settings import chosen_figures
-    from gearchaos.studies.warmup import warmup as compile_kernels
+    from gearchaos.studies.core.warmup import warmup as compile_kernels
 
     chosen_figures(numbers)  # checked before anything is compiled
     if cache_is_empty():

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.output import edges_in_words, plain_table, print_table, print_wrapped, ranges, shown, shown_rows
 from gearchaos.dynamics.response import CONTACTS
-from gearchaos.gears.units import measured
+from gearchaos.gears.io.units import measured
 from gearchaos.quantities import quantity
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.studies.axis import Axis
+    from gearchaos.studies.core.axis import Axis
 
 
 def rattle_document(dataset: xr.Dataset, axis: Axis) -> dict[str, Any]:

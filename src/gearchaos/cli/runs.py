@@ -66,7 +66,7 @@ def run(
     from gearchaos.execute.pools import pool_from_options
     from gearchaos.store.lock import Shard
     from gearchaos.store.run import WORKER_MODULES, run_into_store
-    from gearchaos.studies.registry import study_class
+    from gearchaos.studies.core.registry import study_class
 
     pool = pool_from_options(threads, processes, scheduler, cluster, jobs, workers, WORKER_MODULES)
     given_axes = parse_axes(axis)
@@ -105,7 +105,7 @@ def _report(store: str, outcome: Outcome, json_out: bool) -> None:
     elif "proved" in (found := open_store(store)).arrays:
         from gearchaos.datasets import parts
         from gearchaos.store.read import dataset
-        from gearchaos.studies.proved_cells import proof_counts
+        from gearchaos.studies.proofs.proved_cells import proof_counts
 
         maps = dataset(found)[["proved", "proof_reason"]]
         proofs = {"proofs": proof_counts(part for _, part in parts(maps, found.block))}
@@ -248,7 +248,7 @@ def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
     """A result, with ``physical`` in the units of the gears that it carries."""
     if not physical:
         return dataset
-    from gearchaos.gears.results import physical as scaled
+    from gearchaos.gears.operation.results import physical as scaled
 
     if "gears" not in dataset.attrs:
         raise InputError("--physical", "needs the result of a study of gears, which carries them",
@@ -258,7 +258,7 @@ def _in_units(dataset: xr.Dataset, physical: bool) -> xr.Dataset:
 
 def _say_dimensionless(dataset: xr.Dataset) -> None:
     """Tell how to get the units of the gears that a result carries, unless it is in them."""
-    from gearchaos.gears.results import is_physical
+    from gearchaos.gears.operation.results import is_physical
 
     if "gears" in dataset.attrs and not is_physical(dataset):
         say("results of these gears are dimensionless; --physical gives them in µm, mm/s, N and Hz")

@@ -8,7 +8,7 @@ import numpy as np
 
 from gearchaos.cli.output import plain_table, print_table, print_wrapped
 from gearchaos.datasheet.scatter import aimed_at, answer, best_part, speed_unit, torque_head, tried
-from gearchaos.studies.scatter_results import AFTER, OUTCOMES, OUTPUTS
+from gearchaos.studies.uncertainty.scatter_results import AFTER, OUTCOMES, OUTPUTS
 
 _SHOWN_ROWS = 12  # most rows of probabilities along the speed
 

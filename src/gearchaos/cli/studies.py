@@ -64,7 +64,7 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     if part is not None:
         of_run["journal"] = part
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.studies.registry import study_class
+    from gearchaos.studies.core.registry import study_class
 
     chosen = loaded.study(study_class(kind), **axes, **_options(entry, values, loaded.options_for(kind), out))
     found = Found(kind, chosen.run(progress=True, **of_run), loaded, physical, tuple(axes.values()), out, plot)
@@ -78,7 +78,7 @@ def _options(
     entry: dict[str, Any], values: dict[str, Any], of_file: dict[str, Any], out: Path | None
 ) -> dict[str, Any]:
     """The options of a study that are given on the command line, in the types of the study."""
-    from gearchaos.studies.axis import parse_axis
+    from gearchaos.studies.core.axis import parse_axis
 
     read: dict[str, Callable[[Any, str], Any]] = {"axis": parse_axis, "values": options.initial_values}
     given: dict[str, Any] = {}
@@ -107,7 +107,7 @@ def regime(
     ] = None,
 ) -> None:
     """Classify the motion at one operating point, and print the evidence."""
-    from gearchaos.studies import proofs
+    from gearchaos.studies.proofs import proofs
 
     check_output("--plot", plot, PLOT_SUFFIXES)
     if certificate is not None and not prove:
@@ -116,8 +116,8 @@ def regime(
     loaded = options.load(study, sets, physical)
     if prove:
         proofs.check_can_prove(loaded.model)
-    from gearchaos.studies.price import announce
-    from gearchaos.studies.regime import Regime
+    from gearchaos.studies.core.price import announce
+    from gearchaos.studies.motion.regime import Regime
 
     chosen = loaded.study(Regime)
     announce(chosen)
@@ -128,7 +128,7 @@ def regime(
     if json_out:
         document = verdict.to_dict()
         if physical and loaded.pair is not None:
-            from gearchaos.gears.results import scaled_numbers
+            from gearchaos.gears.operation.results import scaled_numbers
 
             values, units = scaled_numbers({**document, "omega": loaded.model.omega}, loaded.pair.scales)
             document = {**values, "units": units}
@@ -205,10 +205,10 @@ def runup(
         if path is not None and path.resolve() in {each.resolve() for each in others if each is not None}:
             raise InputError(option, "must be a file of its own", str(path))
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.gears.units import DURATION, to_si
-    from gearchaos.studies.operating_ranges import operating_axis
-    from gearchaos.studies.runup import RunUp
-    from gearchaos.studies.torque_profile import largest_torque, read_profile
+    from gearchaos.gears.io.units import DURATION, to_si
+    from gearchaos.studies.core.operating_ranges import operating_axis
+    from gearchaos.studies.runup.runup import RunUp
+    from gearchaos.studies.runup.torque_profile import largest_torque, read_profile
     from gearchaos.studyfile import parse_value
 
     if speed is not None and speed.count(":") != 1:
@@ -237,7 +237,7 @@ def runup(
             raise InputError(option, "needs --against", value)
     bench = None
     if against is not None:
-        from gearchaos.studies.measured_runup import read_measured_runup
+        from gearchaos.studies.runup.measured_runup import read_measured_runup
 
         headers = dict(text.partition("=")[::2] for text in column or [])
         bench = read_measured_runup(against, study.mesh_order, (study.speed.start, study.speed.stop), headers or None,
@@ -283,7 +283,7 @@ def orders(
     loaded = options.load(gears, sets, physical=True)
     other = None if against is None else options.load(against, options.operating_point(sets), physical=True).model
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.studies.orders import Orders
+    from gearchaos.studies.vibration.orders import Orders
 
     given = options.given(mesh=mesh, quantity=of, against=other, rms=rms or None)
     found = Found("orders", loaded.study(Orders, **given).run(progress=True), loaded, True, (), out, plot)
@@ -317,7 +317,7 @@ def fit(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.studies.fit import Fit
+    from gearchaos.studies.fit.fit import Fit
 
     chosen = dict(text.partition("=")[::2] for text in column or [])
     loaded = options.load(gears, sets, True, options.parse_axes(["speed=1000:1000:1"]))  # any: those measured count
@@ -368,9 +368,9 @@ def scatter(
     check_output("--out", out, DATA_SUFFIXES)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
-    from gearchaos.studies.axis import Axis
-    from gearchaos.studies.operating_ranges import operating_axis, torques_of
-    from gearchaos.studies.scatter import Scatter
+    from gearchaos.studies.core.axis import Axis
+    from gearchaos.studies.core.operating_ranges import operating_axis, torques_of
+    from gearchaos.studies.uncertainty.scatter import Scatter
 
     torques = None if torque is None else torques_of(torque, "--torque")
     along = "omega" if speed is not None and speed.partition("=")[0].strip() == "omega" else "speed"

@@ -24,19 +24,19 @@ from gearchaos.cli.output import (
 )
 from gearchaos.datasets import motions, with_primes
 from gearchaos.dynamics.response import CONTACTS
-from gearchaos.gears.pair import Scales
-from gearchaos.gears.results import is_physical, unit_of
-from gearchaos.gears.units import measured
+from gearchaos.gears.io.units import measured
+from gearchaos.gears.mesh.pair import Scales
+from gearchaos.gears.operation.results import is_physical, unit_of
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
-from gearchaos.studies.beside_factors import (
+from gearchaos.studies.maps.cells_to_avoid import AFTER_A_LOAD_CHANGE, TO_AVOID
+from gearchaos.studies.operation.beside_factors import (
     beside_factors,
     root_in_result,
     root_of_model,
     which_mesh,
     words_beside,
 )
-from gearchaos.studies.cells_to_avoid import AFTER_A_LOAD_CHANGE, TO_AVOID
-from gearchaos.studies.proved_cells import proof_counts
+from gearchaos.studies.proofs.proved_cells import proof_counts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from gearchaos.model import MeshModel
     from gearchaos.proof.certificate import Certificate, Unproved
     from gearchaos.studies import Verdict
-    from gearchaos.studies.axis import Axis
+    from gearchaos.studies.core.axis import Axis
     from gearchaos.studyfile import LoadedStudy
 
 

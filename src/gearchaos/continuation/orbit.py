@@ -18,7 +18,7 @@ from gearchaos.dynamics.orbits import SAME_POINT
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.flow import OK
-from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.gears.operation.operating import AnyModel, as_model
 from gearchaos.model import MeshModel
 from gearchaos.validation import to_float
 

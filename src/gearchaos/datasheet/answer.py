@@ -13,10 +13,10 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import FAST
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import DataFile, method_in_words
-from gearchaos.gears.units import RPM, measured
+from gearchaos.gears.io.units import RPM, measured
 
 if TYPE_CHECKING:
-    from gearchaos.studies.speed_windows import SpeedsToAvoid
+    from gearchaos.studies.speeds.speed_windows import SpeedsToAvoid
 
 # speeds that are scanned unless others are asked for, over the main resonance: from that at which a tenth harmonic
 # excites it to the beginning of the supercritical range of ISO 6336-1:2006, 6.4.2
@@ -93,7 +93,9 @@ class Answer:
         """The computed speeds; empty if there are none."""
         if self.speeds is None:
             return ""
-        from gearchaos.studies.speed_windows import range_in_words  # here, since a datasheet alone needs no speeds
+        from gearchaos.studies.speeds.speed_windows import (
+            range_in_words,  # here, since a datasheet alone needs no speeds
+        )
 
         return f"{range_in_words(self.speeds.largest.start, self.speeds.largest.stop)} rpm"
 
@@ -101,7 +103,7 @@ class Answer:
     def decision(self) -> list[str]:
         """What to do, in sentences: the speeds to avoid in operation, those after a load change, and usable ones."""
         from gearchaos.datasheet.verdict import decision  # here, since a datasheet alone needs none of what it loads
-        from gearchaos.studies.assess import Assessment
+        from gearchaos.studies.speeds.assess import Assessment
 
         assert self.speeds is not None
         whole = self.speeds.largest
@@ -124,7 +126,9 @@ class Answer:
             return
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
         if self.speeds.elsewhere is not None:
-            from gearchaos.studies.beyond_the_teeth import BEYOND  # here, since a datasheet alone needs none of it
+            from gearchaos.studies.operation.beyond_the_teeth import (
+                BEYOND,  # here, since a datasheet alone needs none of it
+            )
 
             outside, separate = self.speeds.elsewhere
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"
@@ -144,7 +148,9 @@ class Answer:
     @property
     def quasi_static(self) -> str:
         """The quasi-static ratio where speeds were looked through and it is not 1; else empty."""
-        from gearchaos.studies.quasi_static import ratio_in_words  # here, since a datasheet alone needs none of it
+        from gearchaos.studies.operation.quasi_static import (
+            ratio_in_words,  # here, since a datasheet alone needs none of it
+        )
 
         return "" if self.speeds is None else ratio_in_words(self.speeds.quasi_static_ratio)
 
@@ -180,7 +186,7 @@ class Answer:
 
     def _speeds_document(self, speeds: SpeedsToAvoid) -> dict[str, Any]:
         """The speeds to avoid with the root stress at the largest factor of each range."""
-        from gearchaos.studies.beside_factors import peak_root_stress
+        from gearchaos.studies.operation.beside_factors import peak_root_stress
 
         found = speeds.document()
         for each in found["ranges"]:

@@ -16,18 +16,18 @@ from typing import Any
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
-from gearchaos.gears.fields import Formula, formulas
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
+from gearchaos.gears.geometry.mechanics import MeshLoad
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS, RootFactors, root_factors, root_stress
-from gearchaos.gears.helical import AtRest
-from gearchaos.gears.loaded_error import best_relief, contact_ratio_under_load, peak_to_peak, two_pairs_from
-from gearchaos.gears.mechanics import MeshLoad
+from gearchaos.gears.io.fields import Formula, formulas
+from gearchaos.gears.io.units import RPM
+from gearchaos.gears.mesh.helical import AtRest
+from gearchaos.gears.operation.loaded_error import best_relief, contact_ratio_under_load, peak_to_peak, two_pairs_from
 from gearchaos.gears.stiffness import MeshStiffness
 from gearchaos.gears.stiffness.iso6336 import ToothStiffness
 from gearchaos.gears.transmission_error import Tolerances, tolerances
 from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY, QualityError, from_quality
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
-from gearchaos.gears.units import RPM
 
 # what the rows of the transmission error say of a design without one
 _NO_ERROR = ("none given: the gears are taken to be exact; write transmission_error = \"from quality\" or "
@@ -44,7 +44,7 @@ class Entry:
     """One quantity of a datasheet, in ``unit``: a tuple of two for both wheels, of any length for harmonics.
 
     It is None if it cannot be computed; then there is a reason. It is expected if the design is complete without the
-    value, as without the frequency of rigid supports. See `gearchaos.gears.fields.Formula` for the rest.
+    value, as without the frequency of rigid supports. See `gearchaos.gears.io.fields.Formula` for the rest.
     """
 
     value: float | tuple[float, ...] | None

@@ -29,11 +29,11 @@ from gearchaos.datasheet.verdict import (
     usable_in_words,
     worst,
 )
-from gearchaos.gears.operating import is_design, is_train
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.mesh.pair import GearPair
+from gearchaos.gears.operation.operating import is_design, is_train
 from gearchaos.plot._assessment import draw_factors, height
-from gearchaos.studies.assess import Assessment
-from gearchaos.studies.changed_designs import Changed
+from gearchaos.studies.speeds.assess import Assessment
+from gearchaos.studies.speeds.changed_designs import Changed
 
 _MOST_PICTURES = 6  # torques of which the dynamic factor over the speed is drawn
 _MOST_NAMED = 3  # changes that the first page names

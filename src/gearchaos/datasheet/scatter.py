@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.datasets import model_from_json
-from gearchaos.gears.units import measured
-from gearchaos.studies.beside_factors import beside_factors
-from gearchaos.studies.beyond_the_teeth import BEYOND
-from gearchaos.studies.distributions import Scattered
-from gearchaos.studies.load_change import LoadChange
-from gearchaos.studies.scatter_results import AFTER, AIMS, OUTCOMES, OUTPUTS
-from gearchaos.studies.scattered_models import DEVIATIONS, STARTS
+from gearchaos.gears.io.units import measured
+from gearchaos.studies.operation.beside_factors import beside_factors
+from gearchaos.studies.operation.beyond_the_teeth import BEYOND
+from gearchaos.studies.operation.load_change import LoadChange
+from gearchaos.studies.uncertainty.distributions import Scattered
+from gearchaos.studies.uncertainty.scatter_results import AFTER, AIMS, OUTCOMES, OUTPUTS
+from gearchaos.studies.uncertainty.scattered_models import DEVIATIONS, STARTS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,13 +10,13 @@ import numpy as np
 
 from gearchaos.datasheet.quantities import pair_title
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
-from gearchaos.gears.operating import is_design
-from gearchaos.gears.units import measured
-from gearchaos.studies.beside_factors import peak_root_stress, root_in_words
-from gearchaos.studies.beyond_the_teeth import BEYOND
-from gearchaos.studies.quasi_static import ratio_in_words
-from gearchaos.studies.severities import SEVERITIES
-from gearchaos.studies.speed_windows import (
+from gearchaos.gears.io.units import measured
+from gearchaos.gears.operation.operating import is_design
+from gearchaos.studies.operation.beside_factors import peak_root_stress, root_in_words
+from gearchaos.studies.operation.beyond_the_teeth import BEYOND
+from gearchaos.studies.operation.quasi_static import ratio_in_words
+from gearchaos.studies.operation.severities import SEVERITIES
+from gearchaos.studies.speeds.speed_windows import (
     FEW,
     INWARDS,
     MOTIONS,
@@ -27,8 +27,8 @@ from gearchaos.studies.speed_windows import (
 )
 
 if TYPE_CHECKING:
-    from gearchaos.studies.assess import Assessment
-    from gearchaos.studies.speed_windows import RandomStates, SpeedsToAvoid, UsableRange, Window
+    from gearchaos.studies.speeds.assess import Assessment
+    from gearchaos.studies.speeds.speed_windows import RandomStates, SpeedsToAvoid, UsableRange, Window
 
 _MOST_NAMED = 3  # usable ranges, and torques, that a sentence names
 _MOST_RANGES = 4  # to avoid, that a sentence names

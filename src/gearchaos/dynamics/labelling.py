@@ -71,7 +71,7 @@ def classify(
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.dynamics import Label, classify, motion_name
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1), {"eps1": [0.1, 0.2, 0.206]})
     >>> verdicts = classify(problem.flow, problem.w)
     >>> [motion_name(Label(label), period) for label, period in zip(verdicts.label, verdicts.period)]
@@ -142,7 +142,7 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.dynamics import STAGES, Classification, ClassificationState, conclude
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
     >>> state = ClassificationState(problem.flow, problem.points, Classification(), problem.w)
     >>> for stage in STAGES.values():

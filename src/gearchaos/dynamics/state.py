@@ -59,7 +59,7 @@ class ClassificationState:
     >>> import gearchaos as gc
     >>> import numpy as np
     >>> from gearchaos.dynamics import STAGES, Classification, ClassificationState, conclude
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
     >>> state = ClassificationState(problem.flow, problem.points, Classification(), problem.w)
     >>> STAGES["transients"](state)

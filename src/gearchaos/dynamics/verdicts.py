@@ -157,7 +157,7 @@ class Verdicts(Columns):
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.dynamics import classify
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
     >>> verdicts = classify(problem.flow, problem.w)
     >>> verdicts.label.tolist(), verdicts.period.tolist(), verdicts.multipliers.shape

@@ -8,10 +8,16 @@ names exported here.
 from gearchaos.flow.beside import compile_beside, compile_corrections
 from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures, of_meshes
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
-from gearchaos.flow.kernels.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH
-from gearchaos.flow.kernels.correction import Limits, Polynomials
-from gearchaos.flow.kernels.measure import Measure
-from gearchaos.flow.kernels.orbits import RESIDUAL, NewtonSearch, near_returns, newton_iteration, start_newton_search
+from gearchaos.flow.kernels.orbits.correction import Limits, Polynomials
+from gearchaos.flow.kernels.orbits.orbits import (
+    RESIDUAL,
+    NewtonSearch,
+    near_returns,
+    newton_iteration,
+    start_newton_search,
+)
+from gearchaos.flow.kernels.vector.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH
+from gearchaos.flow.kernels.vector.measure import Measure
 from gearchaos.flow.polynomials import (
     CorrectedOrbit,
     CriticalMultiplier,

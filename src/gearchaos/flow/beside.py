@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.flow.kernels.advance import advance_packs
-from gearchaos.flow.kernels.arrays import dimensions
 from gearchaos.flow.kernels.compilation import is_missing
-from gearchaos.flow.kernels.correction import correct_orbit
+from gearchaos.flow.kernels.one_mesh.advance import advance_packs
+from gearchaos.flow.kernels.orbits.correction import correct_orbit
+from gearchaos.flow.kernels.vector.arrays import dimensions
 from gearchaos.processes import python_command
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def compile_corrections(system: SwitchedSystem) -> None:
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.flow import compile_corrections
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> compile_corrections(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system)
     """
     if not system.law.releases:

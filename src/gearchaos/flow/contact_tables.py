@@ -1,12 +1,12 @@
-"""Points of systems with several one-sided contacts, for the kernels; see `kernels.contact_arrays`."""
+"""Points of systems with several one-sided contacts, for the kernels; see `kernels.several.contact_arrays`."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.arrays import aligned
-from gearchaos.flow.kernels.constants import WIDTH
-from gearchaos.flow.kernels.contact_arrays import OFFSETS, ContactPoints, StepTables, new_tables, vectors_of
+from gearchaos.flow.kernels.several.contact_arrays import OFFSETS, ContactPoints, StepTables, new_tables, vectors_of
+from gearchaos.flow.kernels.vector.arrays import aligned
+from gearchaos.flow.kernels.vector.constants import WIDTH
 from gearchaos.flow.step_tables import orthonormalisations
 from gearchaos.flow.system import SwitchedSystem, min_steps_per_period
 

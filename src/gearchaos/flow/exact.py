@@ -14,12 +14,12 @@ import numpy as np
 
 from gearchaos.flow.beside import compile_others
 from gearchaos.flow.contact_tables import prepare_contacts
-from gearchaos.flow.kernels.advance import advance_packs
-from gearchaos.flow.kernels.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
-from gearchaos.flow.kernels.constants import SLOTS, WIDTH
-from gearchaos.flow.kernels.contact_arrays import new_contact_work
-from gearchaos.flow.kernels.contact_motion import advance_contact_sets
-from gearchaos.flow.kernels.measure import FIRST, Measure
+from gearchaos.flow.kernels.one_mesh.advance import advance_packs
+from gearchaos.flow.kernels.several.contact_arrays import new_contact_work
+from gearchaos.flow.kernels.several.contact_motion import advance_contact_sets
+from gearchaos.flow.kernels.vector.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
+from gearchaos.flow.kernels.vector.constants import SLOTS, WIDTH
+from gearchaos.flow.kernels.vector.measure import FIRST, Measure
 from gearchaos.flow.step_tables import prepare_points
 from gearchaos.flow.system import SwitchedSystem, contact_states
 
@@ -114,7 +114,7 @@ def combine_measures(measures: np.ndarray, duration: np.ndarray, first: np.ndarr
     Examples
     --------
     >>> import gearchaos as gc
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> from gearchaos.flow import Measure, combine_measures
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
     >>> flow = problem.flow
@@ -178,7 +178,7 @@ class FlowResult:
     Examples
     --------
     >>> import gearchaos as gc
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
     >>> result = problem.flow.advance(problem.w, periods=10, sections=4)
     >>> result.sections.shape
@@ -224,7 +224,7 @@ class ExactFlow(Generic[System]):
     Examples
     --------
     >>> import gearchaos as gc
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
     >>> result = problem.flow.advance(problem.w, periods=10)
     >>> result.w.shape, result.status.tolist()

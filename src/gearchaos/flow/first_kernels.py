@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 from gearchaos.flow import exact, step_tables
-from gearchaos.flow.kernels.orbits import near_returns, newton_iteration, start_newton_search
+from gearchaos.flow.kernels.orbits.orbits import near_returns, newton_iteration, start_newton_search
 from gearchaos.flow.polynomials import correct_any
 
 

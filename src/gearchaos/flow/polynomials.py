@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.flow.exact import raise_if_cancelled
-from gearchaos.flow.kernels.arrays import dimensions
-from gearchaos.flow.kernels.correction import (
+from gearchaos.flow.kernels.orbits.correction import (
     EXTREMUM,
     MULTIPLIER,
     NO_EVENT,
@@ -25,7 +24,8 @@ from gearchaos.flow.kernels.correction import (
     correct_orbit,
     evaluate_polynomials,
 )
-from gearchaos.flow.kernels.sensitivity import SensitivityCall
+from gearchaos.flow.kernels.orbits.sensitivity import SensitivityCall
+from gearchaos.flow.kernels.vector.arrays import dimensions
 from gearchaos.flow.sensitivity import (
     Derivatives,
     PeriodEquations,
@@ -273,7 +273,7 @@ def correct_any(system: SwitchedSystem) -> None:
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.flow import correct_any
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> correct_any(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system)
     """
     own, w = PeriodEquations.of(system).first, np.zeros((1, system.dimension))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.flow.exact import ExactFlow
-from gearchaos.flow.kernels.constants import OK
+from gearchaos.flow.kernels.vector.constants import OK
 
 
 class Followed(NamedTuple):
@@ -68,7 +68,7 @@ def follow_schedule(
     --------
     >>> import gearchaos as gc
     >>> import numpy as np
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1), {"omega": np.array([0.8, 0.9])}, samples=8)
     >>> visits = np.array([[0], [1], [0]])
     >>> found = follow_schedule(problem.flow, problem.w[:, :1], visits, np.zeros((3, 2, 1)))

@@ -11,9 +11,9 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from gearchaos.flow.exact import ExactFlow, raise_if_cancelled
-from gearchaos.flow.kernels.arrays import Harmonics, dimensions, new_workspace, sensitivity_rows
-from gearchaos.flow.kernels.recording import new_segment
-from gearchaos.flow.kernels.sensitivity import SensitivityCall, advance_with_sensitivities
+from gearchaos.flow.kernels.orbits.recording import new_segment
+from gearchaos.flow.kernels.orbits.sensitivity import SensitivityCall, advance_with_sensitivities
+from gearchaos.flow.kernels.vector.arrays import Harmonics, dimensions, new_workspace, sensitivity_rows
 from gearchaos.flow.step_tables import harmonics_of, parameter_array, rounded_counts, step_values, steps_in_parts
 from gearchaos.flow.system import DampingLaw, SwitchedSystem, contact_states, min_steps_per_period
 
@@ -71,7 +71,7 @@ class PeriodEquations:
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.flow import PeriodEquations
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> PeriodEquations.of(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system).dimension
     2
     """
@@ -146,7 +146,7 @@ class PeriodResult:
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.flow import SensitivityFlow
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
     >>> result = SensitivityFlow(problem.flow.system).advance(problem.w.T)
     >>> result.monodromy.shape, result.switch_count.tolist()
@@ -183,7 +183,7 @@ class SensitivityFlow:
     >>> import gearchaos as gc
     >>> import numpy as np
     >>> from gearchaos.flow import SensitivityFlow
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> problem = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1))
     >>> result = SensitivityFlow(problem.flow.system).advance(problem.w.T)
     >>> system = problem.flow.system
@@ -260,7 +260,7 @@ class DifferencedFlow:
     >>> import gearchaos as gc
     >>> import numpy as np
     >>> from gearchaos.flow import DifferencedFlow
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> model, h = gc.MeshModel.of(q0=0.1, eps1=0.1), 1e-5
     >>> centre = initial_value_problems(model)
     >>> around = initial_value_problems(model, {"zeta": 0.025 + h * np.array([-1.0, 0.0, 1.0])})
@@ -313,7 +313,7 @@ def differentiate(neighbours: SwitchedSystem, weights: np.ndarray, steps: np.nda
     >>> import gearchaos as gc
     >>> import numpy as np
     >>> from gearchaos.flow import SensitivityFlow, differentiate
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> model, h = gc.MeshModel.of(q0=0.1, eps1=0.1), 1e-3
     >>> centre = initial_value_problems(model, {"zeta": np.array([0.025])})
     >>> around = initial_value_problems(model, {"zeta": 0.025 + h * np.array([-1.0, 0.0, 1.0])})

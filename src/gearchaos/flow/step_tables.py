@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.affine import tabulate_steps
-from gearchaos.flow.kernels.arrays import (
+from gearchaos.flow.kernels.one_mesh.affine import tabulate_steps
+from gearchaos.flow.kernels.vector.arrays import (
     COS_SIN,
     LENGTH,
     LEVEL,
@@ -65,7 +65,7 @@ def steps_share_matrices(system: SwitchedSystem) -> bool:
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.flow import steps_share_matrices
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> [steps_share_matrices(initial_value_problems(m).flow.system) for m in (gc.MeshModel(), gc.MeshModel.of(c1=0.2))]
     [True, False]
     """

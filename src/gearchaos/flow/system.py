@@ -73,7 +73,7 @@ class SwitchedSystem(Protocol):
     Examples
     --------
     >>> import gearchaos as gc
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> system = initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1)).flow.system
     >>> system.A.shape, system.levels.tolist()
     ((1, 2, 2), [[1.25, 0.75]])
@@ -157,7 +157,7 @@ def fastest_rate(system: SwitchedSystem) -> np.ndarray:
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.flow import fastest_rate
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> fastest_rate(initial_value_problems(gc.MeshModel.of(q0=0.1, eps1=0.1)).flow.system).round(3).tolist()
     [1.143]
     """
@@ -191,7 +191,7 @@ def min_steps_per_period(system: SwitchedSystem) -> np.ndarray:
     --------
     >>> import gearchaos as gc
     >>> from gearchaos.flow import min_steps_per_period
-    >>> from gearchaos.studies.initial_value_problems import initial_value_problems
+    >>> from gearchaos.studies.core.initial_value_problems import initial_value_problems
     >>> min_steps_per_period(initial_value_problems(gc.MeshModel.of(q0=0.1)).flow.system).round(2).tolist()
     [15.95]
     """

@@ -11,7 +11,7 @@ import jinja2
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.operating import AnyModel, OperatingModel, as_model
+from gearchaos.gears.operation.operating import AnyModel, OperatingModel, as_model
 from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, has_effect, vary
 from gearchaos.model.coordinates import initial_state, initial_values, transmission_error_at_start
 from gearchaos.model.switched import switched_system

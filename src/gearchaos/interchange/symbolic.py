@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.gears.operation.operating import AnyModel, as_model
 from gearchaos.model import (
     DAMPING_LAWS,
     SCALARS,

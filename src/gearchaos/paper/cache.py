@@ -15,11 +15,11 @@ from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.model import MeshModel
 from gearchaos.paper.settings import FigureSettings, FigureStudy, Quality, study_of
 from gearchaos.studies import Axis, Verdict
-from gearchaos.studies.basins import basins
-from gearchaos.studies.bifurcation import bifurcation
-from gearchaos.studies.regime import regime
-from gearchaos.studies.simulate import simulate
-from gearchaos.studies.zones import zones
+from gearchaos.studies.maps.bifurcation import bifurcation
+from gearchaos.studies.maps.zones import zones
+from gearchaos.studies.motion.basins import basins
+from gearchaos.studies.motion.regime import regime
+from gearchaos.studies.motion.simulate import simulate
 
 TRANSIENT, SAMPLES = 3000, 64
 """Mesh periods before a portrait or trajectory is recorded, and samples per mesh period of a trajectory."""

@@ -16,9 +16,9 @@ from gearchaos.plot._dynamic_factor import computed_factors, draw_computed
 from gearchaos.plot.axes import draw_legend
 from gearchaos.plot.classes import PALE, SEVERITY_COLOURS
 from gearchaos.plot.theme import EVENT_COLOURS, INK, adapt, event_words
-from gearchaos.studies.assess import Assessment
-from gearchaos.studies.cells_to_avoid import AFTER_A_LOAD_CHANGE
-from gearchaos.studies.speed_windows import SpeedsToAvoid, Window
+from gearchaos.studies.maps.cells_to_avoid import AFTER_A_LOAD_CHANGE
+from gearchaos.studies.speeds.assess import Assessment
+from gearchaos.studies.speeds.speed_windows import SpeedsToAvoid, Window
 
 MOST_ROWS = 12
 """Most torques that are drawn as rows of bars; more are areas."""

@@ -24,7 +24,7 @@ from gearchaos.datasets import netcdf_bytes
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import check_target, write_bytes
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.quantities import Rule
 from gearchaos.validation import LARGEST, check_rule, to_float
 

@@ -14,9 +14,9 @@ from matplotlib.ticker import MaxNLocator
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.loaded_error import loaded_error, own_torque
-from gearchaos.gears.pair import GearPair
-from gearchaos.gears.units import TORQUE, to_si
+from gearchaos.gears.io.units import TORQUE, to_si
+from gearchaos.gears.mesh.pair import GearPair
+from gearchaos.gears.operation.loaded_error import loaded_error, own_torque
 from gearchaos.plot._datasets import check_design, check_gears
 from gearchaos.plot.axes import (
     draw_legend,

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
 from gearchaos.errors import InputError, whole_number
-from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.gears.operation.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, Stiffness, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._datasets import check_positive

@@ -8,11 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from gearchaos.gears.measured_quantities import MEASURED
+from gearchaos.gears.io.measured_quantities import MEASURED
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot.axes import axis_label, draw_legend, second_axis_below
 from gearchaos.plot.theme import INK, STROBE, adapt
-from gearchaos.studies.orders import FLOOR
+from gearchaos.studies.vibration.orders import FLOOR
 
 _NAMED = 8  # most lines with a name in a panel
 _APART = 0.018  # least distance of names, over the width of a panel

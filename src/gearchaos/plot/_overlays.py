@@ -13,14 +13,14 @@ from matplotlib.lines import Line2D
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.results import unit_in
-from gearchaos.gears.separation import separation_margin
+from gearchaos.gears.operation.results import unit_in
+from gearchaos.gears.operation.separation import separation_margin
 from gearchaos.plot._datasets import check, check_design, flags, keeps_data
 from gearchaos.plot.axes import Overlay, cell_extent, side_legend, width_in_inches, wrapped
 from gearchaos.plot.theme import EVENT_COLOURS, INK, SPECIAL_MARKERS, adapt_style, event_words
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.operating_ranges import operating_axis
-from gearchaos.studies.options import RANGE
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.core.operating_ranges import operating_axis
+from gearchaos.studies.core.options import RANGE
 
 _KINDS = ("fold", "flip", "neimark-sacker", "graze")  # the kinds of events that have curves, in the order of the legend
 _DOTTED = (0, (1, 1.6))  # line style of grazes, which are no bifurcations in general
@@ -226,8 +226,8 @@ def separation_line(
 
     Notes
     -----
-    The line is that of `gearchaos.gears.separation.separation_torque`, with the time mean of the mesh stiffness. With
-    varying stiffness it is a first estimate; a motion with impacts may exist above it, too.
+    The line is that of `gearchaos.gears.operation.separation.separation_torque`, with the time mean of the mesh
+    stiffness. With varying stiffness it is a first estimate; a motion with impacts may exist above it, too.
 
     Examples
     --------

@@ -16,8 +16,8 @@ from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot._dynamic_factor import LARGE
 from gearchaos.plot.axes import axis_label, draw_legend
 from gearchaos.plot.theme import EVENT_COLOURS, INK, STROBE, adapt, event_words
-from gearchaos.studies.beside_factors import words_beside
-from gearchaos.studies.measured_runup import compared_orders, measured_runup, order_cut
+from gearchaos.studies.operation.beside_factors import words_beside
+from gearchaos.studies.runup.measured_runup import compared_orders, measured_runup, order_cut
 
 WAYS: dict[str, tuple[str, Any, str]] = {"up": (INK, "-", "speed rising"), "down": (STROBE, "--", "speed falling")}
 _GREY = "#9a9a9a"  # of a torque
@@ -43,7 +43,7 @@ def runup(ds: xr.Dataset, figure: Figure | None = None, *, against: xr.Dataset |
         An empty one in which to draw; a new one if left out.
     against : str, Path or Dataset, optional
         A measured run-up: a table of speed, order and amplitude, or of time, speed and force, or what
-        `gearchaos.studies.measured_runup.measured_runup` makes of it. Then ``ds`` must be in physical units.
+        `gearchaos.studies.runup.measured_runup.measured_runup` makes of it. Then ``ds`` must be in physical units.
 
     Returns
     -------

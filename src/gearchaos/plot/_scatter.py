@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot.axes import axis_label, draw_legend
 from gearchaos.plot.theme import INK, STROBE, adapt
-from gearchaos.studies.scatter_results import AFTER, OUTCOMES, OUTPUTS
+from gearchaos.studies.uncertainty.scatter_results import AFTER, OUTCOMES, OUTPUTS
 
 _STYLES: tuple[Any, ...] = ("-", "--", "-.", ":")  # of the torques, beside their colours
 _BARS = 0.8  # width of all bars of an input

@@ -18,8 +18,8 @@ from matplotlib.path import Path
 
 from gearchaos.plot._datasets import flags
 from gearchaos.plot.theme import adapt, adapt_style
-from gearchaos.studies.cells_to_avoid import BEYOND_CODE, TO_AVOID
-from gearchaos.studies.severities import SEVERITIES
+from gearchaos.studies.maps.cells_to_avoid import BEYOND_CODE, TO_AVOID
+from gearchaos.studies.operation.severities import SEVERITIES
 
 
 class MotionClass(NamedTuple):

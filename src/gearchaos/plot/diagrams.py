@@ -11,14 +11,14 @@ from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 from matplotlib.lines import Line2D
 
 from gearchaos.errors import InputError, unknown_name, whole_number
-from gearchaos.gears.results import unit_in
+from gearchaos.gears.operation.results import unit_in
 from gearchaos.plot._datasets import check, check_name, keeps_data
 from gearchaos.plot.axes import axis_label, cell_extent, draw_legend, new_axes, value_label, vertical_limits
 from gearchaos.plot.classes import NO_CLASS, continuous_values, named_classes
 from gearchaos.plot.maps import motion_strip
 from gearchaos.plot.motions import first_coordinate
 from gearchaos.plot.theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt, adapt_scale, adapt_style, event_words
-from gearchaos.studies.branch_lines import axis_of, line_nodes, line_parts, positions
+from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts, positions
 
 DENSITY_COLOURS = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
 DENSITY_EXPONENT = 0.22  # darkness is the density of points to this power, so that low densities are visible

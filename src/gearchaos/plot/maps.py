@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 from gearchaos.errors import InputError
-from gearchaos.gears.results import unit_in
+from gearchaos.gears.operation.results import unit_in
 from gearchaos.plot._datasets import check, check_name, keeps_data
 from gearchaos.plot.axes import (
     axis_label,
@@ -43,7 +43,7 @@ from gearchaos.plot.classes import (
 )
 from gearchaos.plot.theme import adapt
 from gearchaos.quantities import Rule
-from gearchaos.studies.beside_factors import words_beside
+from gearchaos.studies.operation.beside_factors import words_beside
 from gearchaos.validation import check_rule, to_float
 
 _CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"

@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 
 from gearchaos.dynamics import time_series as spectra
 from gearchaos.errors import InputError
-from gearchaos.gears.results import unit_in
+from gearchaos.gears.operation.results import unit_in
 from gearchaos.plot._datasets import check, check_name, check_positive, keeps_data
 from gearchaos.plot.axes import axis_label, mesh_period, new_axes, widen_degenerate_axes
 from gearchaos.plot.theme import INK, STROBE, adapt

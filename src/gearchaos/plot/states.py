@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 
 from gearchaos.datasets import with_primes
 from gearchaos.errors import InputError
-from gearchaos.gears.results import unit_in
+from gearchaos.gears.operation.results import unit_in
 from gearchaos.plot._datasets import Dims, check, keeps_data
 from gearchaos.plot.axes import (
     Overlay,

@@ -36,7 +36,7 @@ class Range(NamedTuple):
 class Physical:
     """The physical unit of a dimensionless quantity; name and symbols are empty if they are those of that."""
 
-    scale: str  # field of `gearchaos.gears.pair.Scales` with the SI value of one dimensionless unit
+    scale: str  # field of `gearchaos.gears.mesh.pair.Scales` with the SI value of one dimensionless unit
     factor: float  # the SI unit divided by the unit shown, e.g. 1e6 for µm
     unit: str  # that is shown, in the notation of UDUNITS, e.g. "N*m"
     long_name: str = ""

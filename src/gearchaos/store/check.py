@@ -18,7 +18,7 @@ from gearchaos.store.blocks import BlockRecord, State, TileRecord, block_record,
 from gearchaos.store.lock import running
 from gearchaos.store.store import BLOCKS, Store
 from gearchaos.store.tiles import Grid
-from gearchaos.studies.attractor_set import NOT_COMPUTED
+from gearchaos.studies.motion.attractor_set import NOT_COMPUTED
 
 _PAUSE = 20.0
 """An interval without a finished tile is a pause of the run if it is this many times as long as the median interval."""

@@ -10,10 +10,10 @@ from typing import Any
 from gearchaos.datasets import model_from_json, model_json
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.operating import OperatingModel, gears_from_json, gears_json, with_gears
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.registry import study_class
-from gearchaos.studies.study import Study
+from gearchaos.gears.operation.operating import OperatingModel, gears_from_json, gears_json, with_gears
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.core.registry import study_class
+from gearchaos.studies.core.study import Study
 
 CARRIED = "carried_gears"
 """The key of the gears of a model, where the study depends on them by the units of its results alone."""

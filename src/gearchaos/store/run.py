@@ -28,9 +28,9 @@ from gearchaos.store.read import results
 from gearchaos.store.record import differences, to_record
 from gearchaos.store.store import STUDY, ArraySpec, Store, create, open_store, versions, write_finished, write_metadata
 from gearchaos.store.tiles import Grid, divide, with_blocks
-from gearchaos.studies.price import announce
-from gearchaos.studies.registry import STUDIES
-from gearchaos.studies.study import Study
+from gearchaos.studies.core.price import announce
+from gearchaos.studies.core.registry import STUDIES
+from gearchaos.studies.core.study import Study
 
 WORKER_MODULES = ("gearchaos.store.blocks",)  # what worker processes import; see `pools.process_pool`
 ATTEMPTS = 3  # number of attempts at a tile before it is reported as failed
@@ -168,7 +168,7 @@ def run_into_store(
 ) -> Outcome:
     """Compute a study into a store, or resume it: `run` with ``out`` and a pool of workers, by default of threads."""
     if type(study) is not STUDIES.get(study.kind):
-        raise InputError("study", "must be of a kind that gearchaos.studies.registry names",
+        raise InputError("study", "must be of a kind that gearchaos.studies.core.registry names",
                          f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
     tile = None if tile is None else whole_number("tile", tile, 1)
     to_record(study)  # raises an error for what cannot be kept, before any work

@@ -28,7 +28,7 @@ from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.store.objects import Objects
 from gearchaos.store.record import from_record, to_record
 from gearchaos.store.tiles import Grid
-from gearchaos.studies.study import Study
+from gearchaos.studies.core.study import Study
 
 FORMAT = 3  # version of the layout of stores
 STUDY, FINISHED = "run/study.json", "run/finished"

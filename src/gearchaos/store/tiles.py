@@ -12,7 +12,7 @@ from math import prod
 
 import numpy as np
 
-from gearchaos.studies.study import Study
+from gearchaos.studies.core.study import Study
 
 LARGEST_TILE = 16384
 """Most motions in a tile by default: some seconds of work, which are lost if the run is killed, and enough chaotic

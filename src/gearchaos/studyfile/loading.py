@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from gearchaos.errors import InputError
 from gearchaos.files import read_bytes
 from gearchaos.gears.design.values import Choice
-from gearchaos.gears.file_kinds import HEAD, no_table
-from gearchaos.gears.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.io.file_kinds import HEAD, no_table
+from gearchaos.gears.mesh.pair import GearPair
+from gearchaos.gears.operation.operating import OPERATING_NAMES, Gears, gears_of, is_design, model_of_gears
 from gearchaos.model import (
     PARAMETER_PAIRS,
     STIFFNESS_KINDS,
@@ -25,11 +25,11 @@ from gearchaos.model import (
     check_state_name,
     default_stiffness,
 )
-from gearchaos.studies.axis import Axis, at_axis_starts
-from gearchaos.studies.operating_ranges import torques_of
-from gearchaos.studies.options import file_options
-from gearchaos.studies.registry import study_class
-from gearchaos.studies.study import ClassifyingStudy, Study
+from gearchaos.studies.core.axis import Axis, at_axis_starts
+from gearchaos.studies.core.operating_ranges import torques_of
+from gearchaos.studies.core.options import file_options
+from gearchaos.studies.core.registry import study_class
+from gearchaos.studies.core.study import ClassifyingStudy, Study
 from gearchaos.studyfile.tables import MODEL_NAMES, GearPairTable, InitialTable, ModelTable, StudyFile, validated
 
 if TYPE_CHECKING:

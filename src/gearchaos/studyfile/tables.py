@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from gearchaos.catalogue import STUDIES
 from gearchaos.errors import InputError, all_of, unknown_name
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.model import DEFAULT_LAW, SCALARS, STIFFNESS_KINDS
 from gearchaos.quantities import PARAMETERS, find
 

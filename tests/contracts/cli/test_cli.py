@@ -20,7 +20,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.catalogue import STUDIES
 from gearchaos.cli.options import study_axes
-from gearchaos.studies.axis import parse_axis
+from gearchaos.studies.core.axis import parse_axis
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.commands import ask, refused, run_json
@@ -326,10 +326,10 @@ def test_fourier_stiffness_by_name(tmp_path):
 
 @pytest.fixture
 def no_study(monkeypatch):
-    from gearchaos.studies.study import Study
+    from gearchaos.studies.core.study import Study
 
     monkeypatch.setattr(Study, "run", lambda *_, **__: pytest.fail("computed before the output was checked"))
-    monkeypatch.setattr(import_module("gearchaos.studies.regime").Regime, "verdict", Study.run)
+    monkeypatch.setattr(import_module("gearchaos.studies.motion.regime").Regime, "verdict", Study.run)
 
 
 def test_unwritable_output_is_refused_before_any_work(tmp_path, no_study):
@@ -371,11 +371,12 @@ README = (EXAMPLES / "README.md").read_text(encoding="utf-8")
 def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, command):
     import gearchaos.flow as flow
     from gearchaos.paper import report
-    from gearchaos.studies.study import Study
+    from gearchaos.studies.core.study import Study
 
     monkeypatch.setattr(flow, "cache_is_empty", lambda: False)  # else the first one compiles and says so
     monkeypatch.setattr(Study, "run", raising(KeyboardInterrupt()))
-    monkeypatch.setattr(import_module("gearchaos.studies.regime").Regime, "verdict", raising(KeyboardInterrupt()))
+    monkeypatch.setattr(
+        import_module("gearchaos.studies.motion.regime").Regime, "verdict", raising(KeyboardInterrupt()))
     monkeypatch.setattr(report, "build", raising(KeyboardInterrupt()))
     shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
@@ -393,7 +394,7 @@ def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, comma
      "error: [Errno 28] No space left on device. Free space, or write to another place."),
     (OSError(27, "It has more than 9 bytes", "a"), 2, "error: [Errno 27] It has more than 9 bytes: 'a'")])
 def test_one_line_and_no_file(tmp_path, monkeypatch, error, code, message):
-    monkeypatch.setattr(import_module("gearchaos.studies.zones").Zones, "run", raising(error))
+    monkeypatch.setattr(import_module("gearchaos.studies.maps.zones").Zones, "run", raising(error))
     monkeypatch.setattr(import_module("gearchaos.execute.machine"), "memory", lambda: 16 * 10**9)
     result = ask(*MAP, "--out", tmp_path / "z.nc", "--json")
     assert (result.exit_code, result.stderr, result.stdout) == (code, f"{message}\n", "")

@@ -13,7 +13,7 @@ import gearchaos as gc
 from gearchaos.cli import app, completion
 from gearchaos.model import KINDS, MeshModel
 from gearchaos.proof.families.events import KINDS as EVENTS
-from gearchaos.studies.axis import as_range, parse_axis
+from gearchaos.studies.core.axis import as_range, parse_axis
 from tests import EXAMPLES
 
 PROGRAM = f'#!/bin/sh\nexec {sys.executable} -c "from gearchaos.cli import main; main()" "$@"\n'

@@ -149,8 +149,8 @@ def test_export_of_a_store_run_with_other_axes(tmp_path, monkeypatch):
 def test_a_range_with_units_is_the_one_without():
     for speed in (1, 11, 22, 600, 1234.5):
         for text in (f"speed={speed} rpm:{2 * speed} rpm:5", f"speed={speed}:{2 * speed} 1/min:5"):
-            assert gc.studies.axis.parse_axis(text) == gc.studies.Axis("speed", speed, 2 * speed, 5)
-    assert gc.studies.axis.parse_axis("torque=1 kN*m:2000:3") == gc.studies.Axis("torque", 1000, 2000, 3)
+            assert gc.studies.core.axis.parse_axis(text) == gc.studies.Axis("speed", speed, 2 * speed, 5)
+    assert gc.studies.core.axis.parse_axis("torque=1 kN*m:2000:3") == gc.studies.Axis("torque", 1000, 2000, 3)
 
 
 def test_a_number_of_values_without_effect_is_warned_of():

@@ -11,9 +11,9 @@ import gearchaos as gc
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.dynamics import Classification
 from gearchaos.errors import DesignWarning, InputError
-from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
+from gearchaos.gears.io.units import RPM
+from gearchaos.gears.operation.operating import gears_from_json, gears_json, operating_model
 from gearchaos.gears.transmission_error.tip_relief import from_tip_relief
-from gearchaos.gears.units import RPM
 from gearchaos.model import vary
 from gearchaos.studies import motions
 from gearchaos.studyfile import load_design, load_study

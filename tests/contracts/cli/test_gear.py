@@ -18,10 +18,10 @@ from gearchaos.datasheet.verdict import at_no_speed, edges
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards
-from gearchaos.gears.units import RPM, measured
-from gearchaos.studies.criteria import Criteria
-from gearchaos.studies.speed_windows import Reached, Window
-from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
+from gearchaos.gears.io.units import RPM, measured
+from gearchaos.studies.speeds.criteria import Criteria
+from gearchaos.studies.speeds.speed_windows import Reached, Window
+from gearchaos.studies.speeds.speeds_to_avoid import speeds_to_avoid
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES, ONE_SPRING
 from tests.commands import ask
@@ -39,7 +39,7 @@ SHIFTED = GearDesign(
 @pytest.fixture(autouse=True)
 def searched_once(monkeypatch):
     """A search that an earlier command made is not made again: most commands here print the same few in other ways."""
-    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.speeds_to_avoid", search)
+    monkeypatch.setattr("gearchaos.studies.speeds.speeds_to_avoid.speeds_to_avoid", search)
 
 
 FOUND, STARTS = {}, 32

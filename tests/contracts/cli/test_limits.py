@@ -16,10 +16,10 @@ from gearchaos.execute import progress as progress_bars
 from gearchaos.execute.progress import left_text, told_end
 from gearchaos.model import vary
 from gearchaos.model.switched import switched_system
-from gearchaos.studies import cost as costs
-from gearchaos.studies import price as prices
-from gearchaos.studies.cost import MAX_STEPS, estimate
-from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.core import cost as costs
+from gearchaos.studies.core import price as prices
+from gearchaos.studies.core.cost import MAX_STEPS, estimate
+from gearchaos.studies.core.registry import STUDIES
 from gearchaos.studyfile import load_study
 from gearchaos.validation import LARGEST, SMALLEST
 from tests import EXAMPLES

@@ -8,8 +8,8 @@ from gearchaos import plot
 from gearchaos.cli.summaries import print_attractors
 from gearchaos.datasets import with_primes
 from gearchaos.gears.geometry.root_stress import root_stress
-from gearchaos.gears.operating import gears_from_json
-from gearchaos.gears.units import measured
+from gearchaos.gears.io.units import measured
+from gearchaos.gears.operation.operating import gears_from_json
 from tests import ONE_SPRING
 from tests.commands import ask, run_json
 from tests.contracts.model.test_damping_law import PAIR

@@ -9,7 +9,7 @@ import typer.main
 import gearchaos as gc
 from gearchaos.cli import app
 from gearchaos.errors import InputError
-from gearchaos.studies.axis import at_axis_starts, parse_axis
+from gearchaos.studies.core.axis import at_axis_starts, parse_axis
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES
 from tests.commands import ask, refused, run_json

@@ -5,13 +5,13 @@ import pytest
 
 from gearchaos.datasets import model_json
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import operating_model
+from gearchaos.gears.operation.operating import operating_model
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import HarmonicStiffness, MeshModel, TransmissionError, TwoLevelStiffness
-from gearchaos.studies.axis import Axis, parse_axis
-from gearchaos.studies.bifurcation import Bifurcation
-from gearchaos.studies.registry import STUDIES, study_class
-from gearchaos.studies.zones import Zones
+from gearchaos.studies.core.axis import Axis, parse_axis
+from gearchaos.studies.core.registry import STUDIES, study_class
+from gearchaos.studies.maps.bifurcation import Bifurcation
+from gearchaos.studies.maps.zones import Zones
 from gearchaos.studyfile import load_design, load_study, parse_set
 from tests import EXAMPLES
 from tests.commands import refused

@@ -8,7 +8,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.cli.modes import print_modes
 from gearchaos.errors import InputError
-from gearchaos.studies.bifurcation import Bifurcation
+from gearchaos.studies.maps.bifurcation import Bifurcation
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.commands import ask, refused, run_json

@@ -8,18 +8,18 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasheet.verdict import decision, rows, usable_in_words, worst
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import export
-from gearchaos.explorer.jobs.assessment import assessed
-from gearchaos.explorer.jobs.map import successive_maps
-from gearchaos.explorer.panels.assessment import AssessedLine, assessment_text, places
-from gearchaos.explorer.panels.map import MapFigure
-from gearchaos.explorer.panels.style import Units, empty_figure
-from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.explorer.view.text import from_query, to_query
+from gearchaos.explorer.core.style import Units, empty_figure
+from gearchaos.explorer.core.text import from_query, to_query
+from gearchaos.explorer.features.assessment.job import assessed
+from gearchaos.explorer.features.assessment.panel import AssessedLine, assessment_text, places
+from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.map.job import successive_maps
+from gearchaos.explorer.features.map.panel import MapFigure
+from gearchaos.explorer.web import export
 from gearchaos.explorer.web.form import plane_menus
 from gearchaos.plot._assessment import meaning
 from gearchaos.plot.classes import AVOID_CLASSES
-from gearchaos.studies.cells_to_avoid import TO_AVOID
+from gearchaos.studies.maps.cells_to_avoid import TO_AVOID
 from gearchaos.studyfile import load_design, load_study
 from tests import ONE_SPRING
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session

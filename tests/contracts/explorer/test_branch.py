@@ -11,16 +11,16 @@ import pytest
 import gearchaos as gc
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import point as point_studies
-from gearchaos.explorer.jobs.assessment import assessed
-from gearchaos.explorer.jobs.orbits import PeriodicMotion, branch, obstacle, periodic_motion, skeleton
-from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
-from gearchaos.explorer.panels.map import SkeletonCurves, skeleton_text
-from gearchaos.explorer.panels.motion import verdict_text
-from gearchaos.explorer.panels.style import Units, empty_figure
-from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.style import Units, empty_figure
+from gearchaos.explorer.features.assessment.job import assessed
+from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.map.panel import SkeletonCurves, skeleton_text
+from gearchaos.explorer.features.motion import point as point_studies
+from gearchaos.explorer.features.motion.diagram import BifurcationFigure, branch_text
+from gearchaos.explorer.features.motion.orbits import PeriodicMotion, branch, obstacle, periodic_motion, skeleton
+from gearchaos.explorer.features.motion.panel import verdict_text
+from gearchaos.explorer.features.motion.point import point_motion
 from gearchaos.flow import StoppedError, cancel_event
 from tests.contracts.explorer.test_computations import GEARS, Put
 

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearchaos.explorer.jobs.computations import Computations
-from gearchaos.explorer.jobs.map import Map, MapGrid
-from gearchaos.explorer.jobs.point import PointMotion
-from gearchaos.explorer.jobs.runup import RunUpResult
-from gearchaos.explorer.jobs.tolerances import Cloud
-from gearchaos.explorer.jobs.worker import Workers
-from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.worker import Workers
+from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.map.job import Map, MapGrid
+from gearchaos.explorer.features.motion.point import PointMotion
+from gearchaos.explorer.features.runup.job import RunUpResult
+from gearchaos.explorer.features.tolerances.job import Cloud
+from gearchaos.explorer.web.computations import Computations
 from gearchaos.explorer.web.session import Session
-from gearchaos.studies.assess import Assessment
+from gearchaos.studies.speeds.assess import Assessment
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES, ONE_SPRING
 
@@ -129,7 +129,7 @@ def test_after_a_coarse_map_come_a_coarse_diagram_and_other_motions_and_after_th
 
 def test_only_while_a_slider_is_moved_does_the_map_wait_for_the_next_change(page, monkeypatch):
     now, waited = 1e9, []
-    monkeypatch.setattr("gearchaos.explorer.jobs.computations.time", SimpleNamespace(monotonic=lambda: now))
+    monkeypatch.setattr("gearchaos.explorer.web.computations.time", SimpleNamespace(monotonic=lambda: now))
     for pause, zeta in ((1.0, 0.03), (0.02, 0.04), (0.02, 0.05), (1.0, 0.06)):
         now += pause
         page.move(PAPER.with_value("zeta", zeta))

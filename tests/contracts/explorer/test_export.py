@@ -8,14 +8,14 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
-from gearchaos.explorer.jobs import export
-from gearchaos.explorer.jobs import map as maps
-from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.motion import SpectrumFigure, Wheels
-from gearchaos.explorer.panels.style import Units
-from gearchaos.explorer.view.models import are_alike
-from gearchaos.explorer.view.presets import preset_of, presets
-from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.core.models import are_alike
+from gearchaos.explorer.core.presets import preset_of, presets
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.style import Units
+from gearchaos.explorer.features.map import job as maps
+from gearchaos.explorer.features.motion.panel import SpectrumFigure, Wheels
+from gearchaos.explorer.features.motion.point import point_motion
+from gearchaos.explorer.web import export
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.contracts.explorer.test_computations import PAPER, Put

@@ -8,21 +8,21 @@ import pytest
 import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import point as point_studies
-from gearchaos.explorer.jobs.map import physical_measures
-from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.map import MapFigure
-from gearchaos.explorer.panels.motion import ForceFigure, times, verdict_text, wheels_of
-from gearchaos.explorer.panels.style import Units
-from gearchaos.explorer.view.models import axis_names, gear_values, operating_axes
-from gearchaos.explorer.view.presets import preset_of
-from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import from_query, to_query
+from gearchaos.explorer.core.models import axis_names, gear_values, operating_axes
+from gearchaos.explorer.core.presets import preset_of
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.style import Units
+from gearchaos.explorer.core.text import from_query, to_query
+from gearchaos.explorer.features.map.job import physical_measures
+from gearchaos.explorer.features.map.panel import MapFigure
+from gearchaos.explorer.features.motion import point as point_studies
+from gearchaos.explorer.features.motion.panel import ForceFigure, times, verdict_text, wheels_of
+from gearchaos.explorer.features.motion.point import point_motion
 from gearchaos.explorer.web.form import field_values, parameter_form
 from gearchaos.explorer.web.page import Page
-from gearchaos.gears.operating import OperatingModel, operating_model
+from gearchaos.gears.operation.operating import OperatingModel, operating_model
 from gearchaos.plot import CONTACT_CLASSES
-from gearchaos.studies.zones import Zones
+from gearchaos.studies.maps.zones import Zones
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, Put, computed

@@ -8,11 +8,11 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.knock import AFTER, BEFORE, knocked_motion, motion_to_knock
-from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.knock import KnockFigure, knock_text
-from gearchaos.explorer.panels.style import Units
-from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.style import Units
+from gearchaos.explorer.features.knock.job import AFTER, BEFORE, knocked_motion, motion_to_knock
+from gearchaos.explorer.features.knock.panel import KnockFigure, knock_text
+from gearchaos.explorer.features.motion.point import point_motion
 from gearchaos.explorer.web.page import Page
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES

@@ -15,11 +15,11 @@ import gearchaos as gc
 from gearchaos.datasets import from_netcdf_bytes
 from gearchaos.errors import InputError
 from gearchaos.execute.progress import on_progress
-from gearchaos.explorer.jobs.export import exported
-from gearchaos.explorer.jobs.runup import RunUpResult, _wav, run_up
-from gearchaos.explorer.panels.runup import played, run_up_text
-from gearchaos.explorer.view.run import Run
-from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.core.run import Run
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.features.runup.job import RunUpResult, _wav, run_up
+from gearchaos.explorer.features.runup.panel import played, run_up_text
+from gearchaos.explorer.web.export import exported
 from gearchaos.explorer.web.page import Page
 from gearchaos.flow import StoppedError, cancel_event
 from gearchaos.sound import write_wav

@@ -18,17 +18,17 @@ import gearchaos as gc
 from gearchaos.cli import explore
 from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import map as maps
-from gearchaos.explorer.jobs import point as point_studies
-from gearchaos.explorer.jobs.map import MapGrid
-from gearchaos.explorer.jobs.point import final_verdict, point_motion
-from gearchaos.explorer.panels.map import choices
-from gearchaos.explorer.panels.motion import HINTS
-from gearchaos.explorer.panels.style import hint, motion_hint, plain, title
-from gearchaos.explorer.view import bounds, models
-from gearchaos.explorer.view.models import axis_names
-from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import view_of
+from gearchaos.explorer.core import bounds, models
+from gearchaos.explorer.core.models import axis_names
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.style import hint, motion_hint, plain, title
+from gearchaos.explorer.features.map import job as maps
+from gearchaos.explorer.features.map.job import MapGrid
+from gearchaos.explorer.features.map.panel import choices
+from gearchaos.explorer.features.motion import point as point_studies
+from gearchaos.explorer.features.motion.panel import HINTS
+from gearchaos.explorer.features.motion.point import final_verdict, point_motion
 from gearchaos.explorer.web import server
 from gearchaos.explorer.web.application import own_host
 from gearchaos.explorer.web.form import parameter_form

@@ -7,9 +7,9 @@ import pytest
 import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import as_python, as_toml, from_query, pair_at, to_query
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.text import as_python, as_toml, from_query, pair_at, to_query
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER

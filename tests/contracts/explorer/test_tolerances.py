@@ -11,13 +11,13 @@ import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.datasheet.scatter import answer, scatter_document
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import tolerances as jobs
-from gearchaos.explorer.jobs.tolerances import tolerances
-from gearchaos.explorer.panels.tolerances import CloudFigure, cloud_text, most_followed
-from gearchaos.explorer.view.text import from_query, to_query
+from gearchaos.explorer.core.text import from_query, to_query
+from gearchaos.explorer.features.tolerances import job as jobs
+from gearchaos.explorer.features.tolerances.job import tolerances
+from gearchaos.explorer.features.tolerances.panel import CloudFigure, cloud_text, most_followed
 from gearchaos.explorer.web.page import Page
 from gearchaos.plot.classes import CONTACT_CLASSES
-from gearchaos.studies.scattered_models import uncertain_inputs
+from gearchaos.studies.uncertainty.scattered_models import uncertain_inputs
 from gearchaos.studyfile import load_design, load_study
 from tests import ONE_SPRING
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, TRAIN, Put, session

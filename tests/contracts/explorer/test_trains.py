@@ -8,14 +8,14 @@ import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.panels.map import MapFigure
-from gearchaos.explorer.panels.motion import verdict_text, wheels_of
-from gearchaos.explorer.panels.style import Units
-from gearchaos.explorer.view.models import axis_names
+from gearchaos.explorer.core.models import axis_names
+from gearchaos.explorer.core.style import Units
+from gearchaos.explorer.features.map.panel import MapFigure
+from gearchaos.explorer.features.motion.panel import verdict_text, wheels_of
+from gearchaos.explorer.features.motion.point import point_motion
 from gearchaos.explorer.web.form import field_values, parameter_form, plane_menus
 from gearchaos.explorer.web.page import Page
-from gearchaos.studies.zones import Zones
+from gearchaos.studies.maps.zones import Zones
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.contracts.explorer.test_computations import Put, computed

@@ -12,9 +12,9 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs import map as maps
-from gearchaos.explorer.jobs.point import point_motion
-from gearchaos.explorer.jobs.worker import Job, Worker, WorkerProcess
+from gearchaos.explorer.core.worker import Job, Worker, WorkerProcess
+from gearchaos.explorer.features.map import job as maps
+from gearchaos.explorer.features.motion.point import point_motion
 from gearchaos.explorer.web.messages import render
 from gearchaos.flow import StoppedError
 from tests.contracts.explorer.test_computations import PAPER
@@ -156,7 +156,7 @@ def test_compiling_there_is_told_before_the_answer(place):
 
 
 def test_the_page_says_that_kernels_are_compiled_first():
-    busy = partial(render, "busy.html.j2")
+    busy = partial(render, "web/templates/busy.html.j2")
     assert "once after an install" in busy(tasks=["motion"], compiling=True)
     assert "once" not in busy(tasks=["motion"], compiling=False) and "ready" in busy(tasks=[], compiling=True)
 
@@ -176,7 +176,7 @@ def test_a_process_that_dies_costs_the_visitor_one_message(caplog):
 @pytest.mark.slow
 def test_a_process_ends_with_the_one_that_began_it(tmp_path):
     code = """
-from gearchaos.explorer.jobs.worker import WorkerProcess
+from gearchaos.explorer.core.worker import WorkerProcess
 print(WorkerProcess()._process.pid, flush=True)
 input()
 """

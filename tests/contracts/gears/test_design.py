@@ -12,7 +12,7 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
 from gearchaos.gears.geometry.backlash import OF, Backlash, ThicknessAllowances
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS, Geometry
-from gearchaos.gears.mechanics import STEEL, Material
+from gearchaos.gears.geometry.mechanics import STEEL, Material
 from gearchaos.gears.transmission_error import Quality
 
 SMALL = {"teeth": (20, 40), "module": 3e-3, "face_width": 0.03}

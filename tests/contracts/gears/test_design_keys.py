@@ -11,8 +11,8 @@ import pytest
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.pair import GearPair
-from gearchaos.studies.axis import parse_axis
+from gearchaos.gears.mesh.pair import GearPair
+from gearchaos.studies.core.axis import parse_axis
 from gearchaos.studyfile import load_study
 from tests.commands import ask
 

@@ -11,10 +11,10 @@ import pytest
 import gearchaos as gc
 from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
-from gearchaos.gears import operating
 from gearchaos.gears.design import drawing
-from gearchaos.gears.operating import OperatingModel, operating_model
-from gearchaos.gears.units import RPM, SPEED, to_si
+from gearchaos.gears.io.units import RPM, SPEED, to_si
+from gearchaos.gears.operation import operating
+from gearchaos.gears.operation.operating import OperatingModel, operating_model
 from gearchaos.model import vary
 from gearchaos.store.record import from_record, to_record
 from gearchaos.store.store import open_store

@@ -12,9 +12,9 @@ import pytest
 
 from gearchaos import attractors, simulate, zones
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model
-from gearchaos.gears.pair import GearPair
-from gearchaos.gears.results import physical
+from gearchaos.gears.mesh.pair import GearPair
+from gearchaos.gears.operation.operating import as_model
+from gearchaos.gears.operation.results import physical
 from gearchaos.model import HarmonicStiffness, backlash, mesh_stiffness, transmission_error
 from gearchaos.studyfile import load_study
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import as_python, as_toml, design_values, from_query, pair_at, to_query
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.text import as_python, as_toml, design_values, from_query, pair_at, to_query
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import TransverseSection
-from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.mesh.pair import GearPair
+from gearchaos.gears.mesh.tooth_pairs import back_phase
+from gearchaos.gears.operation.operating import gears_from_json, gears_json, operating_model
 from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
-from gearchaos.gears.tooth_pairs import back_phase
 from gearchaos.model import TwoLevelStiffness
 from gearchaos.studyfile import load_study
 from tests.contracts.gears.test_design_keys import GIVEN, PAIR

@@ -11,12 +11,12 @@ import gearchaos as gc
 from gearchaos.cli.summaries import map_document, print_map
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.models import limits
-from gearchaos.gears.operating import as_model, gears_of
+from gearchaos.explorer.core.models import limits
+from gearchaos.gears.operation.operating import as_model, gears_of
 from gearchaos.model import has_effect, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.beside_factors import words_beside
+from gearchaos.studies.operation.beside_factors import words_beside
 from gearchaos.studyfile import load_study
 from tests import ROOT
 from tests.contracts.gears.test_operating import SHORT

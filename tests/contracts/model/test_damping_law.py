@@ -11,13 +11,13 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasets import model_from_json, model_json
 from gearchaos.errors import InputError
-from gearchaos.explorer.view.models import own_model
-from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import as_python, as_toml, from_query, to_query
-from gearchaos.gears.operating import gears_from_json, gears_json, operating_model
+from gearchaos.explorer.core.models import own_model
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.text import as_python, as_toml, from_query, to_query
+from gearchaos.gears.operation.operating import gears_from_json, gears_json, operating_model
 from gearchaos.model import DAMPING_LAWS
 from gearchaos.store.record import differences, from_record, to_record
-from gearchaos.studies.speeds_to_avoid import speeds_to_avoid
+from gearchaos.studies.speeds.speeds_to_avoid import speeds_to_avoid
 from gearchaos.studyfile import load_design, load_study
 from tests.commands import ask
 
@@ -131,7 +131,7 @@ def test_stores_name_the_difference():
 
 @laws
 def test_the_datasheet_says_where_damping_acts(law, tmp_path, monkeypatch):
-    monkeypatch.setattr("gearchaos.studies.speeds_to_avoid.speeds_to_avoid", partial(speeds_to_avoid, starts=0))
+    monkeypatch.setattr("gearchaos.studies.speeds.speeds_to_avoid.speeds_to_avoid", partial(speeds_to_avoid, starts=0))
     (tmp_path / "design.toml").write_text(DESIGN)
     found = said("gear", tmp_path / "design.toml", "--torque", 50, "--speed", "9000:9100:2", "--set",
                  f"damping_law={law}")
@@ -190,7 +190,7 @@ def test_proofs_refuse_before_any_work(law, monkeypatch):
     pytest.importorskip("flint")
     model, rule = gc.MeshModel.of(**SINGLE, damping_law=law), "damping_law must be always for a proof"
     verdict = gc.regime(model)
-    monkeypatch.setattr("gearchaos.studies.proofs.regime", None)
+    monkeypatch.setattr("gearchaos.studies.proofs.proofs.regime", None)
     for attempt in (
         lambda: gc.prove(model), lambda: gc.prove(verdict), lambda: gc.prove(gc.orbit(model)),
         lambda: gc.prove_box(model, {"eps1": 1e-8}), lambda: gc.prove_event(model, "flip", "eps1", 0.1),

@@ -12,17 +12,17 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.datasets import model_from_json, model_json
 from gearchaos.errors import InputError
-from gearchaos.explorer.panels.style import Units
-from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import view_of
-from gearchaos.explorer.view.text import as_python, as_toml, from_query, pair_at, to_query
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.state import view_of
+from gearchaos.explorer.core.style import Units
+from gearchaos.explorer.core.text import as_python, as_toml, from_query, pair_at, to_query
 from gearchaos.explorer.web.form import field_values, parameter_form, plane_menus
 from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, SteppedStiffness, TwoLevelStiffness, mesh_stiffness, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.plot.axes import new_axes
 from gearchaos.store.record import from_record, to_record
-from gearchaos.studies.cost import estimate
+from gearchaos.studies.core.cost import estimate
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 

@@ -13,7 +13,7 @@ import gearchaos as gc
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, Stiffness, vary
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import POSITIVE, Quantity, Range, declare, find, tables
-from gearchaos.studies.proofs import box_parameters
+from gearchaos.studies.proofs.proofs import box_parameters
 from gearchaos.validation import check_rule
 
 KINDS = list(STIFFNESS_KINDS.values())
@@ -127,7 +127,7 @@ def test_a_number_of_a_pair_is_a_number_of_the_model():
 
 
 def test_a_copied_script_imports_a_kind_that_the_package_does_not_export(ramp, monkeypatch):
-    view = pytest.importorskip("gearchaos.explorer.view.text")
+    view = pytest.importorskip("gearchaos.explorer.core.text")
     monkeypatch.setattr(view, "_CLASSES", re.compile(r"\b(MeshModel|TransmissionError|Ramp)\("))
     monkeypatch.setattr("gearchaos.model.stiffness.Ramp", Ramp, raising=False)
     names: dict = {}

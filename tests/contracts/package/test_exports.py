@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import gearchaos
-from gearchaos.studies import generate
-from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.core import generate
+from gearchaos.studies.core.registry import STUDIES
 from tests import ROOT
 
 PACKAGE = Path(gearchaos.__file__).parent
@@ -43,7 +43,7 @@ def use(pair: gc.GearPair) -> None:
 
 
 def test_the_files_made_from_the_studies_are_those_that_are_checked_in():
-    """After a change of a study: python -m gearchaos.studies.generate."""
+    """After a change of a study: python -m gearchaos.studies.core.generate."""
     for path, text in generate.files().items():
         assert path.read_text(encoding="utf-8") == text, path
 
@@ -52,7 +52,7 @@ def test_every_study_is_found_wherever_it_stands_below_the_studies(monkeypatch, 
     (tmp_path / "room_of_a_test").mkdir()
     (tmp_path / "room_of_a_test" / "__init__.py").touch()
     (tmp_path / "room_of_a_test" / "study_of_a_test.py").write_text(
-        "from gearchaos.studies.study import Study\n\n\nclass Own(Study):\n    kind = 'own'\n")
+        "from gearchaos.studies.core.study import Study\n\n\nclass Own(Study):\n    kind = 'own'\n")
     every = {"attractors", "basins", "bifurcation", "branch", "curve", "edge_state", "fit", "manifolds", "orders",
              "rattle", "regime", "runup", "scatter", "simulate", "skeleton", "zones"}
     assert {study.kind for study in generate.all_studies()} == set(STUDIES) == every

@@ -16,8 +16,9 @@ def one_graph(monkeypatch):
 
 
 @pytest.mark.parametrize(("changed", "near", "far", "apart"), [
-    ("src/gearchaos/gears/units.py", "gears/test_units", "studies/test_assess", "store/test_objects"),
-    ("src/gearchaos/studies/assess.py", "studies/test_assess", "cli/test_gear", "gears/test_units"),  # as gc.assess
+    ("src/gearchaos/gears/io/units.py", "gears/io/test_units", "studies/test_assess", "store/test_objects"),
+    # reached as gc.assess
+    ("src/gearchaos/studies/speeds/assess.py", "studies/test_assess", "cli/test_gear", "gears/io/test_units"),
     ("src/gearchaos/explorer/web/templates/page.html", "explorer/test_state", "cli/test_cli", "plot/test_shape"),
     ("tests/contracts/store/conftest.py", "store/test_damage", "store/test_objects", "plot/test_shape"),
     ("tests/contracts/store/stores.py", "store/test_damage", "store/test_layout", "store/test_objects"),

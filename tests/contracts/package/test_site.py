@@ -9,10 +9,10 @@ import typer.main
 
 from gearchaos.cli import app
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.quantities import COORDINATES, GEARS, HARMONICS, OPERATION, PARAMETERS, RESPONSES, RESULTS, VERDICTS
-from gearchaos.studies.options import file_options
-from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.core.options import file_options
+from gearchaos.studies.core.registry import STUDIES
 from tests import ROOT
 
 sys.path.insert(0, str(ROOT / "docs" / "_ext"))

@@ -7,7 +7,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
-from gearchaos.gears.units import RPM
+from gearchaos.gears.io.units import RPM
 from tests.branches import axes
 from tests.contracts.plot.figures import cut
 from tests.contracts.plot.test_pictures import zones_map

@@ -10,7 +10,7 @@ from gearchaos.proof.balls import from_text
 from gearchaos.proof.certificate import Unproved
 from gearchaos.proof.families.chaos import ChaoticSet
 from gearchaos.proof.verifier import growth
-from gearchaos.studies import chaos_proof
+from gearchaos.studies.proofs import chaos_proof
 from tests.chaotic_set import CHAOTIC, robust_chaos
 from tests.commands import ask, run_json
 

@@ -178,7 +178,7 @@ def test_bits_of_prove_are_checked_first():
 
 
 def test_flint_missing_is_named(monkeypatch):
-    monkeypatch.setattr("gearchaos.studies.proofs.find_spec", lambda name: None)
+    monkeypatch.setattr("gearchaos.studies.proofs.proofs.find_spec", lambda name: None)
     for prove in (gc.prove, lambda model: gc.Zones(model, "omega=1:2:2", "eps1=0:0.1:2", prove=True)):
         with pytest.raises(InputError, match=r'pip install "gearchaos\[proof\]"'):
             prove(gc.MeshModel.of())
@@ -187,7 +187,7 @@ def test_flint_missing_is_named(monkeypatch):
 
 
 def test_import_loads_no_flint_and_its_absence_is_named_by_the_package():
-    code = ("import sys, gearchaos, gearchaos.cli, gearchaos.studies.proofs; assert 'flint' not in sys.modules\n"
+    code = ("import sys, gearchaos, gearchaos.cli, gearchaos.studies.proofs.proofs; assert 'flint' not in sys.modules\n"
             "sys.modules['flint'] = None\n"
             "try:\n    import gearchaos.proof.balls\nexcept ModuleNotFoundError as error:\n    print(error)")
     found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

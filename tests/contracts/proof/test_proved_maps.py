@@ -18,8 +18,8 @@ from gearchaos.model import MeshModel
 from gearchaos.proof import batch
 from gearchaos.proof.certificate import INFERRED, NO_REASON, REASON_CODES, REASONS
 from gearchaos.proof.verifier import verify_file
-from gearchaos.studies import proved_cells
-from gearchaos.studies.proved_cells import proof_counts
+from gearchaos.studies.proofs import proved_cells
+from gearchaos.studies.proofs.proved_cells import proof_counts
 
 MODEL = MeshModel.of(kind="torsional", q0=0.1)
 X, Y = "omega=1.2:1.8:4", "eps1=0.1:0.25:3"

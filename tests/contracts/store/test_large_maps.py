@@ -19,7 +19,7 @@ from gearchaos.store.read import StoredArray, lazy
 from gearchaos.store.run import run
 from gearchaos.store.store import FINISHED, ArraySpec, Store, open_store
 from gearchaos.store.tiles import Grid
-from gearchaos.studies.refine import SIDE, refined
+from gearchaos.studies.maps.refine import SIDE, refined
 from gearchaos.studyfile import load_study
 from tests.commands import ask
 

@@ -9,7 +9,7 @@ from gearchaos.dynamics import Classification
 from gearchaos.errors import InputError
 from gearchaos.store.objects import Objects
 from gearchaos.store.record import from_record, to_record
-from gearchaos.studies.registry import STUDIES
+from gearchaos.studies.core.registry import STUDIES
 from gearchaos.studyfile import load_study
 from tests.commands import ask
 

@@ -31,19 +31,19 @@ from gearchaos.datasheet.verdict import (
     worst,
 )
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import as_model
-from gearchaos.gears.units import measured
+from gearchaos.gears.io.units import measured
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.plot._assessment import draw_factors
 from gearchaos.plot.classes import CONTACT_CLASSES, SEVERITY_COLOURS
 from gearchaos.plot.theme import EVENT_COLOURS
-from gearchaos.studies import speed_windows as windows
-from gearchaos.studies.beside_factors import peak_root_stress
-from gearchaos.studies.beyond_the_teeth import BEYOND
-from gearchaos.studies.changed_designs import Changed, assess_changes, assumptions, improvements
-from gearchaos.studies.criteria import Criteria
-from gearchaos.studies.knocks import Knock
-from gearchaos.studies.speed_search import SpeedSearch
-from gearchaos.studies.speed_windows import RandomStates, Reached, UsableRange, ends_in_words
+from gearchaos.studies.operation.beside_factors import peak_root_stress
+from gearchaos.studies.operation.beyond_the_teeth import BEYOND
+from gearchaos.studies.operation.knocks import Knock
+from gearchaos.studies.speeds import speed_windows as windows
+from gearchaos.studies.speeds.changed_designs import Changed, assess_changes, assumptions, improvements
+from gearchaos.studies.speeds.criteria import Criteria
+from gearchaos.studies.speeds.speed_search import SpeedSearch
+from gearchaos.studies.speeds.speed_windows import RandomStates, Reached, UsableRange, ends_in_words
 from gearchaos.studyfile import load_design, load_study
 from tests import EXAMPLES, ONE_SPRING
 from tests.commands import ask, run_json
@@ -81,7 +81,7 @@ def command(found, tmp_path_factory):
     folder = tmp_path_factory.mktemp("assess")
     files = [part for n in ("out.html", "pdf.pdf", "plot.svg") for part in (f"--{n.partition('.')[0]}", folder / n)]
     with pytest.MonkeyPatch.context() as patched:  # the command that prints JSON computes it
-        patched.setattr("gearchaos.studies.assess.assess", lambda *_, **__: found)
+        patched.setattr("gearchaos.studies.speeds.assess.assess", lambda *_, **__: found)
         return assess(SPUR, *SCAN, "--torque", "100,300", *files).stdout, folder
 
 
@@ -263,7 +263,7 @@ def test_minor_ranges_have_a_line_and_rows_only_with_all(found, monkeypatch):
     first, second = found.at[0].windows
     rare = after_load_change(second, random_states=replace(STATES, fraction=0.004))
     one = of_windows(found, first, replace(second, start=592.0, stop=593.0), rare)
-    monkeypatch.setattr("gearchaos.studies.assess.assess", lambda *_, **__: one)
+    monkeypatch.setattr("gearchaos.studies.speeds.assess.assess", lambda *_, **__: one)
     short, full = (" ".join(assess(SPUR, *SCAN, *more).stdout.split()) for more in ((), ("--all",)))
     line = "and 2 ranges narrower than 1 % or after fewer than 1 % of load changes: 592 to 593, 593 to 627 rpm"
     assert line in short and "narrower than" not in full
@@ -280,7 +280,7 @@ def test_minor_ranges_have_a_line_and_rows_only_with_all(found, monkeypatch):
     (("--factor", "2"), {"factor": 2.0})])
 def test_the_options_say_what_counts_and_from_where_motions_come(found, monkeypatch, options, given):
     asked = {}
-    monkeypatch.setattr("gearchaos.studies.assess.assess", lambda *_, **options: asked.update(options) or found)
+    monkeypatch.setattr("gearchaos.studies.speeds.assess.assess", lambda *_, **options: asked.update(options) or found)
     assess(SPUR, *SCAN, *options)
     assert given.items() <= asked.items()
 
@@ -549,7 +549,7 @@ def test_the_command_assesses_again_with_inputs_varied(monkeypatch):
     design = load_design(SPUR).at(torque=100.0)
     for changes, name in ((assumptions, "damping ratio"), (improvements, "addendum in modules")):
         few = [each for each in changes(design) if each.name == name]
-        monkeypatch.setattr(f"gearchaos.studies.changed_designs.{changes.__name__}", lambda _, few=few: few)
+        monkeypatch.setattr(f"gearchaos.studies.speeds.changed_designs.{changes.__name__}", lambda _, few=few: few)
     result = assess(SPUR, "--speed", "530:560:2", "--torque", 100, "--starts", 0, "--sensitivity", "--improve")
     assert re.search(r"^[3-6] more assessments, about", result.stderr, re.MULTILINE)
     text = " ".join(result.stdout.split())
@@ -668,7 +668,7 @@ def test_edges_are_rounded_outwards_alike_in_the_commands_and_in_words(found):
 def test_the_price_is_said_before_the_work(monkeypatch):
     few = ("--speed", "643:644:2", "--starts", 0, "--torque")
     assert "this takes" not in assess(SPUR, *few, 100).stderr
-    monkeypatch.setattr("gearchaos.studies.price.TOLD_SECONDS", 0.0)
+    monkeypatch.setattr("gearchaos.studies.core.price.TOLD_SECONDS", 0.0)
     alone, both = (" ".join(assess(SPUR, *few, torques).stderr.split()) for torques in (100, "100,300"))
     assert re.match(r"this takes about \d+ seconds\. One motion is followed", alone)
     assert "2 motions are followed" in both

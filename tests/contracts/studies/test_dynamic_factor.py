@@ -16,7 +16,7 @@ from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.gears.dynamic_factor.iso_method_b import of_design as method_b
-from gearchaos.gears.units import RPM
+from gearchaos.gears.io.units import RPM
 from tests import ONE_SPRING
 from tests.branches import axes
 from tests.contracts.plot.figures import cut

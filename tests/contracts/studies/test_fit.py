@@ -12,7 +12,7 @@ import gearchaos as gc
 from gearchaos.cli.fit import fit_document, print_fit
 from gearchaos.errors import InputError
 from gearchaos.store.record import from_record, to_record
-from gearchaos.studies.fitted_motions import PairsAtSpeeds
+from gearchaos.studies.fit.fitted_motions import PairsAtSpeeds
 from gearchaos.studyfile import load_design
 from tests import ONE_SPRING
 from tests.commands import ask, run_json

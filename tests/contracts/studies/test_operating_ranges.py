@@ -4,8 +4,8 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from gearchaos.studies.axis import Axis
-from gearchaos.studies.operating_ranges import FIRST_SPEEDS, operating_axis, range_of_speeds, torques_of
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.core.operating_ranges import FIRST_SPEEDS, operating_axis, range_of_speeds, torques_of
 
 SPUR = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque=150,

@@ -16,9 +16,9 @@ from gearchaos.dynamics import Classification, Label, Reason, Verdicts
 from gearchaos.dynamics.response import CONTACTS, Response
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
-from gearchaos.studies import warmup
-from gearchaos.studies.axis import shared_coordinates
-from gearchaos.studies.study import Study
+from gearchaos.studies.core import warmup
+from gearchaos.studies.core.axis import shared_coordinates
+from gearchaos.studies.core.study import Study
 from tests import ROOT
 
 VERDICTS = (ROOT / "docs" / "verdicts.md").read_text()

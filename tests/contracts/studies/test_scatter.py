@@ -13,11 +13,11 @@ import gearchaos as gc
 from gearchaos.datasheet.scatter import _force_over, _most, answer, scatter_document
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
-from gearchaos.gears.operating import operating_model
+from gearchaos.gears.operation.operating import operating_model
 from gearchaos.store.record import from_record, to_record
-from gearchaos.studies.distributions import Scattered
-from gearchaos.studies.operating_ranges import torques_of
-from gearchaos.studies.scatter_results import OUTPUTS
+from gearchaos.studies.core.operating_ranges import torques_of
+from gearchaos.studies.uncertainty.distributions import Scattered
+from gearchaos.studies.uncertainty.scatter_results import OUTPUTS
 from tests import ONE_SPRING
 from tests.commands import ask
 from tests.contracts.studies.test_fit import PAIR

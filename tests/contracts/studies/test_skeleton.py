@@ -19,7 +19,7 @@ from gearchaos import plot
 from gearchaos.continuation import skeleton as algorithm
 from gearchaos.errors import InputError
 from gearchaos.plot.theme import EVENT_COLOURS
-from gearchaos.studies import skeleton as skeletons
+from gearchaos.studies.orbits import skeleton as skeletons
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
 from tests.branches import cascade

@@ -37,17 +37,17 @@ from tornado.httputil import HTTPServerRequest
 from tornado.web import ErrorHandler
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.export import FILES, OF_GEARS
-from gearchaos.explorer.jobs.worker import Workers
-from gearchaos.explorer.view.bounds import SKELETON_PERIOD, SKELETON_PERIODS
-from gearchaos.explorer.view.run import WAYS
-from gearchaos.explorer.view.state import CHANGES, View
-from gearchaos.explorer.view.text import from_query
+from gearchaos.explorer.core.bounds import SKELETON_PERIOD, SKELETON_PERIODS
+from gearchaos.explorer.core.run import WAYS
+from gearchaos.explorer.core.state import CHANGES, View
+from gearchaos.explorer.core.text import from_query
+from gearchaos.explorer.core.worker import Workers
 from gearchaos.explorer.web import KEY, LOCAL
+from gearchaos.explorer.web.export import FILES, OF_GEARS
 from gearchaos.explorer.web.messages import asset
 from gearchaos.explorer.web.page import Page
 from gearchaos.explorer.web.session import Session
-from gearchaos.gears.operating import OperatingModel
+from gearchaos.gears.operation.operating import OperatingModel
 
 LARGEST_MESSAGE = 2**20  # largest number of bytes in a message; a page sends a few thousand at most
 
@@ -255,9 +255,9 @@ def application(view: View, workers: Workers) -> Application:
     server ends.
     """
     blank = SimpleNamespace(
-        title="gearchaos explore", template=get_env().from_string(asset("templates", "page.html.j2")),
+        title="gearchaos explore", template=get_env().from_string(asset("web/templates/page.html.j2")),
         roots=named_roots(Page(view, view)), template_variables=dict(
-            css=asset("static", "page.css"), gears=view.gears is not None, pair=isinstance(view.model, OperatingModel),
+            css=asset("web/static/page.css"), gears=view.gears is not None, pair=isinstance(view.model, OperatingModel),
             files={n: words for n, words in FILES.items() if view.gears or not n.startswith(OF_GEARS)},
             periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS,
             changes={name: words for name, (words, _) in CHANGES.items()}))

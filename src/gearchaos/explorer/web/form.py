@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from gearchaos.explorer.panels.style import Units, hint, symbol, title
-from gearchaos.explorer.view.models import axis_names, gear_values, initial_values, slider_range
-from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import COLOURS, OF_LOAD_CHANGES, View
-from gearchaos.explorer.view.trains import meaning
-from gearchaos.gears.operating import OperatingModel, gears_of
+from gearchaos.explorer.core.models import axis_names, gear_values, initial_values, slider_range
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.state import COLOURS, OF_LOAD_CHANGES, View
+from gearchaos.explorer.core.style import Units, hint, symbol, title
+from gearchaos.explorer.core.trains import meaning
+from gearchaos.gears.operation.operating import OperatingModel, gears_of
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic, quantity
-from gearchaos.studies.beside_factors import which_mesh
+from gearchaos.studies.operation.beside_factors import which_mesh
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Operation", ("omega", "q0", "q1", "q2")),

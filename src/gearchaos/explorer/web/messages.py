@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -25,23 +25,22 @@ from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS
 from jinja2 import Environment, FunctionLoader
 
-from gearchaos.explorer.panels.style import motion_hint
+from gearchaos.explorer.core.style import motion_hint
 
 
 def render(name: str, **values: Any) -> str:
-    """The template ``name`` filled with values."""
+    """The template ``name``, a path below the explorer, filled with values."""
     return _environment().get_template(name).render(values)
 
 
-def asset(folder: str, name: str) -> str:
-    """The source of a template (``templates``), or the page's style sheet or script (``static``)."""
-    return files("gearchaos.explorer.web").joinpath(folder, name).read_text(encoding="utf-8")
+def asset(path: str) -> str:
+    """The source of a template, of the page's style sheet or of a script, by its path below the explorer."""
+    return files("gearchaos.explorer").joinpath(path).read_text(encoding="utf-8")
 
 
 @cache
 def _environment() -> Environment:
-    loader = FunctionLoader(partial(asset, "templates"))
-    made = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    made = Environment(loader=FunctionLoader(asset), autoescape=True, trim_blocks=True, lstrip_blocks=True)
     made.filters["motion_hint"] = motion_hint
     return made
 
@@ -70,7 +69,7 @@ class Messages:
         self._requests.on_change("data", self._on_request)
         self._sources = {"page_state": self._page_state, "updates": self._updates, "download": self._download,
                          "run_up": self._run_up, "requests": self._requests}
-        code = "".join(asset("static", name) for name in ("page.js", "play.js"))
+        code = "".join(asset(f"web/static/{name}") for name in ("page.js", "play.js"))
         self._script = CustomJS(args=self._sources, code=code)
         self._models: dict[str, dict[str, Any]] = {}
         self._html = dict.fromkeys(ELEMENTS, "")

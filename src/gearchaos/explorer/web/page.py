@@ -7,32 +7,32 @@ from typing import Any
 
 import xarray as xr
 
-from gearchaos.explorer.jobs.knock import KnockedMotion
-from gearchaos.explorer.jobs.map import Map
-from gearchaos.explorer.jobs.orbits import Skeleton
-from gearchaos.explorer.jobs.point import PointMotion
-from gearchaos.explorer.jobs.runup import RunUpResult
-from gearchaos.explorer.jobs.tolerances import Cloud
-from gearchaos.explorer.panels import motion
-from gearchaos.explorer.panels.assessment import assessment_text, places
-from gearchaos.explorer.panels.diagram import BifurcationFigure, branch_text
-from gearchaos.explorer.panels.knock import KnockFigure, knock_text
-from gearchaos.explorer.panels.map import BasinsFigure, Choice, MapFigure, choices, skeleton_text
-from gearchaos.explorer.panels.runup import RunFigure, WaterfallFigure, played, run_up_text
-from gearchaos.explorer.panels.style import Panel, Units
-from gearchaos.explorer.panels.tolerances import CloudFigure, cloud_text
-from gearchaos.explorer.view.models import are_alike, equal
-from gearchaos.explorer.view.presets import preset_of
-from gearchaos.explorer.view.speed_line import SpeedLine
-from gearchaos.explorer.view.state import LINES, View
-from gearchaos.explorer.view.text import as_python, as_toml, to_query
-from gearchaos.explorer.view.trains import shown_mesh
+from gearchaos.explorer.core.models import are_alike, equal
+from gearchaos.explorer.core.presets import preset_of
+from gearchaos.explorer.core.state import LINES, View
+from gearchaos.explorer.core.style import Panel, Units
+from gearchaos.explorer.core.text import as_python, as_toml, to_query
+from gearchaos.explorer.core.trains import shown_mesh
+from gearchaos.explorer.features.assessment.panel import assessment_text, places
+from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.knock.job import KnockedMotion
+from gearchaos.explorer.features.knock.panel import KnockFigure, knock_text
+from gearchaos.explorer.features.map.job import Map
+from gearchaos.explorer.features.map.panel import BasinsFigure, Choice, MapFigure, choices, skeleton_text
+from gearchaos.explorer.features.motion import panel as motion
+from gearchaos.explorer.features.motion.diagram import BifurcationFigure, branch_text
+from gearchaos.explorer.features.motion.orbits import Skeleton
+from gearchaos.explorer.features.motion.point import PointMotion
+from gearchaos.explorer.features.runup.job import RunUpResult
+from gearchaos.explorer.features.runup.panel import RunFigure, WaterfallFigure, played, run_up_text
+from gearchaos.explorer.features.tolerances.job import Cloud
+from gearchaos.explorer.features.tolerances.panel import CloudFigure, cloud_text
 from gearchaos.explorer.web.form import GEARS, NUMBER, Menu, field_values, parameter_form, plane_menus, whose
 from gearchaos.explorer.web.messages import Messages
-from gearchaos.gears.operating import OperatingModel
+from gearchaos.gears.operation.operating import OperatingModel
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import PARAMETER_PAIRS
-from gearchaos.studies.assess import Assessment
+from gearchaos.studies.speeds.assess import Assessment
 
 
 class Page:
@@ -105,10 +105,10 @@ class Page:
         layout = view.model.kind, tuple(values), view.x.name, view.y.name, merged, view.physical and self._has_gears
         if layout != self._layout:
             self._layout = layout
-            self._write("parameters", "parameters", form=parameter_form(view, merged, self._start))
-            self._write("axes", "menus", menus=plane_menus(view, self.units(view)))
+            self._write("parameters", "web/templates/parameters", form=parameter_form(view, merged, self._start))
+            self._write("axes", "web/templates/menus", menus=plane_menus(view, self.units(view)))
             lines = Menu("line", "Diagram along the", tuple((k, f"{v} line") for k, v in LINES.items()))
-            self._write("line-choose", "menus", menus=[lines])
+            self._write("line-choose", "web/templates/menus", menus=[lines])
         stiffness = {} if isinstance(view.model, TrainModel) else {"stiffness": view.model.stiffness.kind}
         self.messages.set_values({
             **{name: f"{value:{NUMBER}}" for name, value in values.items()}, **stiffness,
@@ -124,7 +124,7 @@ class Page:
         self.map.show(found.of_mesh(self.view.mesh), self.view.colour, self.units(self.view))
         legend = self.map.legend
         legend = legend._replace(title=f"{legend.title} {whose(self.view)}".strip())
-        self._write("legend", "legend", legend=legend, map=found, colour=self.view.colour)
+        self._write("legend", "features/map/legend", legend=legend, map=found, colour=self.view.colour)
 
     def show_point_motion(self, found: PointMotion) -> None:
         """Draw the motion of a point and write its verdict."""
@@ -155,7 +155,7 @@ class Page:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
         text = motion.verdict_text(found, view, units)
-        self._write("verdict", "verdict", found=found, v=found.verdict, text=text, hints=motion.HINTS)
+        self._write("verdict", "features/motion/verdict", found=found, v=found.verdict, text=text, hints=motion.HINTS)
 
     def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""
@@ -165,7 +165,7 @@ class Page:
         """Draw the branch of a motion over the diagram, and describe it below."""
         units = self.units(self.view)
         self.diagram.show_branch(found, units)
-        self._write("branch", "branch", branch=branch_text(found, units))
+        self._write("branch", "features/motion/branch", branch=branch_text(found, units))
 
     def clear_branch(self) -> None:
         """Remove the branch."""
@@ -176,7 +176,7 @@ class Page:
         """Draw bifurcation curves over the map, and their legend; None if they wait for the map."""
         if found is not None:
             self.map.skeleton.show(found.curves)
-        self._write("skeleton-legend", "skeleton", text=skeleton_text(found))
+        self._write("skeleton-legend", "features/map/skeleton", text=skeleton_text(found))
         self.messages.set_values({"skeleton": True})
 
     def clear_skeleton(self) -> None:
@@ -189,7 +189,7 @@ class Page:
         """Draw the basins of attraction of a view and their legend."""
         self.basins_view = view
         self.basins.show(found, self.units(view))
-        self._write("basin-legend", "legend", legend=self.basins.legend)
+        self._write("basin-legend", "features/map/legend", legend=self.basins.legend)
 
     def show_attractors(self, found: xr.Dataset) -> None:
         """Show a button for every motion of the point."""
@@ -204,14 +204,14 @@ class Page:
     def _write_choices(self, found: list[Choice]) -> None:
         """Write the buttons of motions; an empty list stands for a search under way."""
         self.choices = found
-        self._write("others", "attractors", choices=found)
+        self._write("others", "features/motion/attractors", choices=found)
 
     def show_run_up(self, found: RunUpResult) -> None:
         """Set up the figures of a run-up, describe it, and have the browser play it."""
         units = self.units(self.view)
         dataset = units.scaled(found.dataset)
         name, images = self.run.show(dataset, units), self.waterfall.show(dataset, units)
-        self._write("run-text", "runup", text=run_up_text(dataset, name))
+        self._write("run-text", "features/runup/runup", text=run_up_text(dataset, name))
         self.messages.set_run_up(played(found, dataset, self.view, name, images, {
             "line_ids": [source.id for source in self.run.lines], "jump_id": self.run.jumps.id,
             "image_id": self.waterfall.image.id, "now_ids": [self.run.now.id, self.waterfall.now.id],
@@ -229,7 +229,7 @@ class Page:
             self.line, self.ranges = line, places(found)
             self.map.assessed.show(found, line, self.view)
             text = assessment_text(found, line, self.view, self.units(self.view))
-            self._write("assessment-text", "assessment", text=text)
+            self._write("assessment-text", "features/assessment/assessment", text=text)
 
     def clear_assessment(self) -> None:
         """Remove the assessment."""
@@ -243,7 +243,7 @@ class Page:
         self.messages.set_values({"tolerances": found is None})
         if found is not None:
             self.cloud.show(found)
-            self._write("tolerances-text", "tolerances", text=cloud_text(found, self.view))
+            self._write("tolerances-text", "features/tolerances/tolerances", text=cloud_text(found, self.view))
 
     def clear_tolerances(self) -> None:
         """Remove the designs at the point."""
@@ -256,7 +256,7 @@ class Page:
         if found is not None:
             if found.knock is not None:
                 self.knock.show(found, self.units(self.view))
-            self._write("knock-text", "knock", text=knock_text(found), drawn=found.knock is not None)
+            self._write("knock-text", "features/knock/knock", text=knock_text(found), drawn=found.knock is not None)
 
     def clear_knock(self) -> None:
         """Remove what a knock does."""
@@ -265,8 +265,8 @@ class Page:
 
     def show_busy(self, tasks: Sequence[str], compiling: bool) -> None:
         """Say what is being computed, and whether kernels are compiled for it first."""
-        self._write("busy", "busy", tasks=tasks, compiling=compiling)
+        self._write("busy", "web/templates/busy", tasks=tasks, compiling=compiling)
 
     def show_message(self, message: str) -> None:
         """Show an error message; an empty one removes the last."""
-        self._write("message", "message", message=message)
+        self._write("message", "web/templates/message", message=message)

@@ -15,14 +15,14 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError, missing_package
-from gearchaos.explorer.jobs.worker import Job, Worker, WorkerProcess, Workers
+from gearchaos.explorer.core.worker import Job, Worker, WorkerProcess, Workers
 from gearchaos.explorer.web import KEY, LOCAL
-from gearchaos.gears.operating import AnyModel, as_model
+from gearchaos.gears.operation.operating import AnyModel, as_model
 from gearchaos.model import MeshModel
-from gearchaos.studies.axis import Axis
+from gearchaos.studies.core.axis import Axis
 
 if TYPE_CHECKING:
-    from gearchaos.explorer.view.state import View
+    from gearchaos.explorer.core.state import View
 
 PORT = 5006  # the port that the server listens at by default
 
@@ -67,8 +67,8 @@ def server(view: View, *, host: str = LOCAL[0], port: int = PORT) -> Any:
     sys.setswitchinterval(_SWITCH_INTERVAL)
     later = (Worker(name, WorkerProcess(low_priority=True, on_demand=True)) for name in ("branches", "curves"))
     workers = Workers(Worker("points", WorkerProcess()), Worker("maps", WorkerProcess(low_priority=True)), *later)
-    from gearchaos.explorer.jobs.map import warm_up  # here and below, while the processes start
-    from gearchaos.explorer.jobs.point import point_motion
+    from gearchaos.explorer.features.map.job import warm_up  # here and below, while the processes start
+    from gearchaos.explorer.features.motion.point import point_motion
 
     points, maps = partial(point_motion, view.point), partial(warm_up, view)
     for worker, function in ((workers.quick, points), (workers.slow, maps)):
@@ -152,7 +152,7 @@ def explore(
     check_installed()
     import asyncio
 
-    from gearchaos.explorer.view.state import view_of
+    from gearchaos.explorer.core.state import view_of
 
     view = view_of(as_model(MeshModel() if model is None else model), x, y)
     port = check_port(LOCAL[0], port)

@@ -15,14 +15,14 @@ from typing import Any
 from bokeh.events import DoubleTap, PointEvent, PressUp, RangesUpdate, Tap
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.jobs.computations import Computations
-from gearchaos.explorer.jobs.export import FILES
-from gearchaos.explorer.jobs.worker import INTERNAL_ERROR, Workers
-from gearchaos.explorer.panels.style import Panel
-from gearchaos.explorer.view.bounds import HIGHEST_HARMONIC, SKELETON_PERIOD, SKELETON_PERIODS, finite_number
-from gearchaos.explorer.view.models import are_alike
-from gearchaos.explorer.view.presets import presets
-from gearchaos.explorer.view.state import View
+from gearchaos.explorer.core.bounds import HIGHEST_HARMONIC, SKELETON_PERIOD, SKELETON_PERIODS, finite_number
+from gearchaos.explorer.core.models import are_alike
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.state import View
+from gearchaos.explorer.core.style import Panel
+from gearchaos.explorer.core.worker import INTERNAL_ERROR, Workers
+from gearchaos.explorer.web.computations import Computations
+from gearchaos.explorer.web.export import FILES
 from gearchaos.explorer.web.form import GEARS, field_values, harmonics_of
 from gearchaos.explorer.web.page import Page
 

@@ -30,7 +30,7 @@ dims
     A tuple of d integers. Its values are not used; its *type* makes the number of coordinates d known to the compiler,
     which unrolls the loops over coordinates.
 vector
-    `WIDTH` floats, one for each lane of a pack (`simd.py`). Row r of a flat array of vectors is the floats
+    `WIDTH` floats, one for each lane of a pack (`vector/simd.py`). Row r of a flat array of vectors is the floats
     r * `WIDTH` to (r + 1) * `WIDTH` - 1; element l of a row belongs to the lane at position l.
 ws
     The rows of a `Workspace`, a flat array of vectors in the order of `Rows`.

@@ -6,13 +6,13 @@ import math
 from contextlib import suppress
 
 from gearchaos.errors import InputError
-from gearchaos.gears import units
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.values import ErrorFile
-from gearchaos.gears.fields import check_plausible
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
-from gearchaos.gears.mechanics import PLASTIC_MODULUS, disc_diameter, disc_inertia, disc_mass, mesh_load
+from gearchaos.gears.geometry.mechanics import PLASTIC_MODULUS, disc_diameter, disc_inertia, disc_mass, mesh_load
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import check_plausible
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.stiffness.iso6336 import ISO, LOW_LINE_LOAD
 from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY

@@ -16,11 +16,11 @@ from gearchaos.gears.design import values
 from gearchaos.gears.design.inputs import Inputs
 from gearchaos.gears.design.values import ErrorFile, OrdersFile, TableFile
 from gearchaos.gears.geometry.corner_contact import CornerGap, corner_contact
-from gearchaos.gears.helical import Strips
+from gearchaos.gears.mesh.helical import Strips
+from gearchaos.gears.mesh.tooth_pairs import CornerContact, Relief, ToothPairs, back_phase
 from gearchaos.gears.stiffness import MeshStiffness, methods
 from gearchaos.gears.stiffness.potential_energy import ToothPairs as EnergyPairs
 from gearchaos.gears.stiffness.table import from_table as stiffness_from_table
-from gearchaos.gears.tooth_pairs import CornerContact, Relief, ToothPairs, back_phase
 from gearchaos.gears.train.faults import Fault
 from gearchaos.gears.transmission_error import tolerances
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, added, from_quality

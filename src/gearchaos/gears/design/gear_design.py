@@ -14,15 +14,15 @@ from gearchaos.gears.design.checks import check_inputs, check_load_sharing, chec
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.inputs import TEETH
 from gearchaos.gears.design.values import INTERNAL, Choice, DrawnPitch, TableFile, module_of
-from gearchaos.gears.fields import check_plausible, convert_fields, unknown_key
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
-from gearchaos.gears.pair import GearPair
+from gearchaos.gears.io.fields import check_plausible, convert_fields, unknown_key
+from gearchaos.gears.io.units import FREQUENCY, to_si
+from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.train.faults import check_faults
 from gearchaos.gears.train.teeth import check_pitch
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
-from gearchaos.gears.units import FREQUENCY, to_si
 from gearchaos.model import MeshModel, ToothPairStiffness
 from gearchaos.quantities import POSITIVE
 

@@ -8,19 +8,19 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears import mechanics
 from gearchaos.gears.design import values
 from gearchaos.gears.design.values import ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
-from gearchaos.gears.fields import name_of, number, one, read_by, record, two
+from gearchaos.gears.geometry import mechanics
 from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
+from gearchaos.gears.io.fields import name_of, number, one, read_by, record, two
+from gearchaos.gears.io.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.gears.stiffness import methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
 from gearchaos.gears.train.faults import Fault
 from gearchaos.gears.train.parts import terms
 from gearchaos.gears.transmission_error import Quality
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
-from gearchaos.gears.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, Damped
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 

@@ -11,8 +11,9 @@ from typing import Any, ClassVar
 
 from gearchaos.errors import ChangedFileError, InputError, unknown_name
 from gearchaos.files import read_bytes
-from gearchaos.gears import units
-from gearchaos.gears.fields import (
+from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import (
     Record,
     convert_fields,
     each,
@@ -24,9 +25,8 @@ from gearchaos.gears.fields import (
     record_values,
     two,
 )
-from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
+from gearchaos.gears.io.tables import MOST_BYTES
 from gearchaos.gears.stiffness.iso6336 import Blank
-from gearchaos.gears.tables import MOST_BYTES
 from gearchaos.gears.transmission_error import Quality
 from gearchaos.gears.transmission_error.pitch import pitch_from_table
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule

@@ -15,7 +15,7 @@ from enum import Enum
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
-from gearchaos.gears.fields import declared, described
+from gearchaos.gears.io.fields import declared, described
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from gearchaos.gears.dynamic_factor import Refused, Standard
-from gearchaos.gears.fields import described
+from gearchaos.gears.io.fields import described
 
 FEET_PER_MINUTE = 196.85  # ft/min in one m/s, as 2101-D04 prints it
 _AGMA = "ANSI/AGMA 2001-D04 and 2101-D04, clause 8"

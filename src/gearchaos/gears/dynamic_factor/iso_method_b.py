@@ -20,14 +20,14 @@ from gearchaos.gears.dynamic_factor import (
     resonance,
     velocity_parameter,
 )
-from gearchaos.gears.fields import described
+from gearchaos.gears.io.fields import described
+from gearchaos.gears.io.units import RPM
 from gearchaos.gears.transmission_error import tolerances
-from gearchaos.gears.units import RPM
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.mechanics import MeshLoad
+    from gearchaos.gears.geometry.mechanics import MeshLoad
     from gearchaos.gears.stiffness.iso6336 import ToothStiffness
     from gearchaos.gears.transmission_error import Tolerances
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from gearchaos.gears.dynamic_factor import Refused, Standard, velocity_parameter
-from gearchaos.gears.fields import described
+from gearchaos.gears.io.fields import described
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.mechanics import MeshLoad
+    from gearchaos.gears.geometry.mechanics import MeshLoad
 
 _CLAUSE = "ISO 6336-1:2006, 6.5; IACS UR M56, 1.6.3"
 # K1 by accuracy grade, as in IACS UR M56, Table 1.1

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears import units
-from gearchaos.gears.fields import Record, check_plausible, name_of, one, read_by, record, two
 from gearchaos.gears.geometry.checks import SHIFT_TOLERANCE
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import Record, check_plausible, name_of, one, read_by, record, two
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE, Rule
 
 _ANGLES = ("angle of wheel 1", "angle of wheel 2")

@@ -9,7 +9,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry, shift_sum
-from gearchaos.gears.units import Length
+from gearchaos.gears.io.units import Length
 
 LEAST_TIP_THICKNESS = 0.2  # tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9
 # tip clearance in normal modules below which there is a warning; that of profile A of ISO 53:1998 is 0.25

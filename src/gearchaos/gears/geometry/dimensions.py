@@ -14,9 +14,9 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.fields import Formula
 from gearchaos.gears.geometry.tooth_root import GeneratedTooth, inverse_involute, involute
-from gearchaos.gears.units import Length
+from gearchaos.gears.io.fields import Formula
+from gearchaos.gears.io.units import Length
 
 Pair = tuple[float, float]  # the values of wheel 1 and wheel 2
 

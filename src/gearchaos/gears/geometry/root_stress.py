@@ -13,9 +13,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from gearchaos.errors import InputError
-from gearchaos.gears.fields import Formula, described
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
 from gearchaos.gears.geometry.tooth_root import involute
+from gearchaos.gears.io.fields import Formula, described
 
 NOTCHES = 1.0, 8.0  # notch parameters for which Y_S is given, below the second one; ISO 6336-3:2006, 7.2
 LARGEST_OVERLAP, LARGEST_HELIX = 1.0, math.radians(30)  # beyond which ε_β and β count as these in Y_β; 8.2

@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.fields import declared
+from gearchaos.gears.io.fields import declared
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate
 from gearchaos.model import Stiffness
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.mechanics import Material
+    from gearchaos.gears.geometry.mechanics import Material
 
 # default bound of the root mean square error of a waveform, relative to the mean stiffness: small beside the 20 % by
 # which accepted methods of computing the stiffness differ

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears.fields import described
+from gearchaos.gears.io.fields import described
 from gearchaos.gears.stiffness import (
     TOLERANCE,
     Drawing,

@@ -26,13 +26,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.gears.io.units import Length, Shown
 from gearchaos.gears.stiffness import Drawing, MeshStiffness, StiffnessMethod, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, periodic_curve
-from gearchaos.gears.units import Length, Shown
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry
-    from gearchaos.gears.mechanics import Material
+    from gearchaos.gears.geometry.mechanics import Material
 
 _NAME = "potential energy"
 _PARTS = 16  # parts of the path of contact on which the stiffness of one pair is constant

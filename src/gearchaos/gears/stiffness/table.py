@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears import units
+from gearchaos.gears.io import units
+from gearchaos.gears.io.tables import Column, Table, read_table
 from gearchaos.gears.stiffness import MeshStiffness, from_curve
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, folded, periodic_curve
-from gearchaos.gears.tables import Column, Table, read_table
 
 TIME = units.Dimension("a time", "s", "2 ms")
 STIFFNESS_PER_WIDTH = units.Dimension("a stiffness over face width", "N/m^2", "14 N/(mm*um)")

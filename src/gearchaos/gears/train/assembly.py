@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
+from gearchaos.gears.io.units import RPM
 from gearchaos.gears.train.parts import Units
 from gearchaos.gears.train.structure import RANK, Element, Structure, Value, mean_stiffness
 from gearchaos.gears.train.teeth import uneven_contacts
-from gearchaos.gears.units import RPM
 from gearchaos.model.contacts import MeshContacts, OneSidedContacts
 from gearchaos.model.damping import ALWAYS, CONTACT
 from gearchaos.model.switched import SwitchedAffine

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears import units
-from gearchaos.gears.fields import convert_fields, each, name_of, one, read_by, record, two
-from gearchaos.gears.pair import GearPair
-from gearchaos.gears.tooth_pairs import PairsAlone, ToothPairs
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import convert_fields, each, name_of, one, read_by, record, two
+from gearchaos.gears.mesh.pair import GearPair
+from gearchaos.gears.mesh.tooth_pairs import PairsAlone, ToothPairs
 from gearchaos.gears.train.faults import Fault, check_faults
 from gearchaos.gears.train.parts import JOINED, ends_of, part_name, terms
 from gearchaos.gears.train.stiffness import in_steps, of_model, read_stiffness, with_mean

@@ -12,13 +12,13 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.io.units import SPEED, TORQUE, to_si
 from gearchaos.gears.train.assembly import Assembly
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.modes import modes
 from gearchaos.gears.train.parts import Body, Shaft, Units, field_of
 from gearchaos.gears.train.structure import mean_stiffness, structure, units_of
 from gearchaos.gears.train.train import BALANCE, Train
-from gearchaos.gears.units import SPEED, TORQUE, to_si
 from gearchaos.model.base import GearModel
 from gearchaos.model.coordinates import (
     initial_state,

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gearchaos.errors import InputError, gather
-from gearchaos.gears import units
-from gearchaos.gears.fields import (
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import (
     Convert,
     Record,
     convert_fields,

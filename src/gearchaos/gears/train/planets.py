@@ -9,10 +9,10 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears import units
-from gearchaos.gears.fields import Record, number, one, read_by, record_values, two
 from gearchaos.gears.geometry.dimensions import Geometry, mating_geometry
 from gearchaos.gears.geometry.tooth_root import involute
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import Record, number, one, read_by, record_values, two
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import Body
 from gearchaos.quantities import POSITIVE

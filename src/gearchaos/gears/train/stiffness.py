@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears import units
-from gearchaos.gears.fields import Record, convert_fields, each, one, read_by, record
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import Record, convert_fields, each, one, read_by, record
 from gearchaos.model import SteppedStiffness, Stiffness
 from gearchaos.quantities import POSITIVE
 from gearchaos.validation import to_floats

@@ -14,9 +14,9 @@ import numpy as np
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears import units
-from gearchaos.gears.fields import convert_fields, name_of, one, read_by, record
-from gearchaos.gears.pair import GearPair, Scales
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import convert_fields, name_of, one, read_by, record
+from gearchaos.gears.mesh.pair import GearPair, Scales
 from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import GROUND, Body, Shaft, Units, field_of, parts

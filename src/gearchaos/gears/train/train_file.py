@@ -7,14 +7,14 @@ from functools import partial
 from typing import Any
 
 from gearchaos.errors import InputError, gather, unknown_name
-from gearchaos.gears.fields import record_values
+from gearchaos.gears.io.fields import record_values
+from gearchaos.gears.io.units import ANGLE, ANGULAR_VELOCITY, LENGTH, VELOCITY, to_si
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.train.parts import Body, Shaft, read_part
 from gearchaos.gears.train.planets import PlanetarySet
 from gearchaos.gears.train.structure import structure
 from gearchaos.gears.train.train import Train
-from gearchaos.gears.units import ANGLE, ANGULAR_VELOCITY, LENGTH, VELOCITY, to_si
 
 _KINDS = {"bodies": Body, "shafts": Shaft, "meshes": Mesh}
 

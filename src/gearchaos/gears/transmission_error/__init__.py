@@ -20,7 +20,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.fields import declared
+from gearchaos.gears.io.fields import declared
 from gearchaos.validation import to_float
 
 if TYPE_CHECKING:

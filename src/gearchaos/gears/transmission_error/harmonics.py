@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.errors import whole_number
-from gearchaos.gears.fields import described
+from gearchaos.gears.io.fields import described
 from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD
 from gearchaos.gears.transmission_error.iso1328_1995 import ISO_1995
 from gearchaos.validation import MAX_HARMONICS

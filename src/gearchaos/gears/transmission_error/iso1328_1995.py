@@ -10,7 +10,7 @@ import math
 from bisect import bisect_left
 from dataclasses import dataclass
 
-from gearchaos.gears.fields import described
+from gearchaos.gears.io.fields import described
 from gearchaos.gears.transmission_error import Edition, Size, Tolerances
 
 ISO_1995 = "ISO 1328-1:1995"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gearchaos.gears.fields import described
+from gearchaos.gears.io.fields import described
 from gearchaos.gears.transmission_error import Edition, Size, Tolerances
 
 ISO_2013 = "ISO 1328-1:2013"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gearchaos.gears import units
-from gearchaos.gears.tables import Column, read_table
+from gearchaos.gears.io import units
+from gearchaos.gears.io.tables import Column, read_table
 from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD, Tolerances
 
 _SINGLE = "single pitch deviation"

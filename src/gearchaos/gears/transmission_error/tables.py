@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.gears import units
+from gearchaos.gears.io import units
+from gearchaos.gears.io.tables import Column, Table, read_table
 from gearchaos.gears.stiffness.table import ROLL_ANGLE
-from gearchaos.gears.tables import Column, Table, read_table
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
 from gearchaos.validation import MAX_HARMONICS
 

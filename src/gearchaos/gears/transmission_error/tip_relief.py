@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.gears.io.units import Length
 from gearchaos.gears.transmission_error.harmonics import ErrorHarmonics, check_orders, evaluate
-from gearchaos.gears.units import Length
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry

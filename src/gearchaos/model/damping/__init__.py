@@ -1,7 +1,8 @@
 """Damping laws of the mesh, one file each.
 
 **To add a law,** write a `DampingLaw` in a file of its own and enter it in `DAMPING_LAWS`. Its number for the kernels
-is in ``flow/kernels/arrays.py``, its force in ``taylor.py`` there, where contact begins and ends in ``contact.py``.
+is in ``flow/kernels/vector/arrays.py``, its force in ``taylor.py`` there, where contact begins and ends in
+``flow/kernels/one_mesh/contact.py``.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ from gearchaos.paper.claims import _maps, _motions
 from gearchaos.paper.claims._claim import CONTRADICTED, MISPRINT, PeriodicMotion, number
 from gearchaos.proof.certificate import Unproved
 from gearchaos.studies import Verdict, motions
-from gearchaos.studies.proofs import check_installed, prove, write_verifier
-from gearchaos.studies.regime import regime
+from gearchaos.studies.motion.regime import regime
+from gearchaos.studies.proofs.proofs import check_installed, prove, write_verifier
 
 CHECKS = {check.__name__: check for check in (*_maps.CHECKS, *_motions.CHECKS)}
 """Checks as `records.toml` calls them: functions of the cache and of what stands in ``with`` there to a CheckResult."""

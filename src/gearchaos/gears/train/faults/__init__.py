@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears import units
-from gearchaos.gears.fields import Record, read_by
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import Record, read_by
 from gearchaos.gears.train.faults.base import FaultKind
 from gearchaos.gears.train.faults.crack import CRACK
 from gearchaos.gears.train.faults.stiffness_loss import STIFFNESS_LOSS

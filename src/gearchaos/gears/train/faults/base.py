@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gearchaos.gears.fields import Convert
+from gearchaos.gears.io.fields import Convert
 
 
 @dataclass(frozen=True)

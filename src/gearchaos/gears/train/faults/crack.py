@@ -1,8 +1,8 @@
 """A crack from the root circle into the tooth, by its depth: the potential energy of the tooth gives the loss."""
 
-from gearchaos.gears.fields import one
+from gearchaos.gears.io.fields import one
+from gearchaos.gears.io.units import LENGTH
 from gearchaos.gears.train.faults.base import FaultKind
-from gearchaos.gears.units import LENGTH
 from gearchaos.quantities import NOT_NEGATIVE
 
 CRACK = FaultKind(

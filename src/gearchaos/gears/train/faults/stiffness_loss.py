@@ -1,6 +1,6 @@
 """A loss of stiffness of known size, 1 for a missing tooth."""
 
-from gearchaos.gears.fields import number
+from gearchaos.gears.io.fields import number
 from gearchaos.gears.train.faults.base import FaultKind
 from gearchaos.quantities import Rule
 

@@ -1,8 +1,8 @@
 """Wear of the driving flank, by its depth along the line of action."""
 
-from gearchaos.gears.fields import one
+from gearchaos.gears.io.fields import one
+from gearchaos.gears.io.units import LENGTH
 from gearchaos.gears.train.faults.base import FaultKind
-from gearchaos.gears.units import LENGTH
 from gearchaos.quantities import NOT_NEGATIVE
 
 WEAR = FaultKind(read=one(LENGTH, NOT_NEGATIVE), back=lambda value: value)

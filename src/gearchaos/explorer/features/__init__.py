@@ -1,0 +1,1 @@
+"""One room for each thing that a page shows: what is computed for it, its figures, its text."""

@@ -1,0 +1,1 @@
+"""The speeds to avoid of the gears at the point, and the line of speeds on which they lie."""

@@ -1,0 +1,1 @@
+"""The run-up: its computation, its figures and what is played of it."""

@@ -1,0 +1,1 @@
+"""What tolerances do to the motion at the point: a cloud of gears."""

@@ -1,1 +1,0 @@
-"""What is computed for a page: in which order, by which thread and process, and how it is cancelled."""

@@ -1,1 +1,0 @@
-"""What a page shows: the figures, and the texts beside the figures."""

@@ -1,0 +1,454 @@
+"""What is computed for one page, and in which order."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+import xarray as xr
+
+from gearchaos.errors import InputError
+from gearchaos.explorer.core.state import View
+from gearchaos.explorer.core.worker import GeneratorFunction, Job, Worker, Workers
+from gearchaos.explorer.features.assessment.job import assessed
+from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.knock.job import KnockedMotion, knocked_motion, motion_to_knock
+from gearchaos.explorer.features.map.job import COARSE, Map, successive_maps
+from gearchaos.explorer.features.motion import point
+from gearchaos.explorer.features.motion.orbits import PeriodicMotion, Skeleton, branch, periodic_motion, skeleton
+from gearchaos.explorer.features.motion.point import PointMotion, final_verdict, point_motion
+from gearchaos.explorer.features.runup.job import RunUpResult, run_up
+from gearchaos.explorer.features.tolerances.job import Cloud, tolerances
+from gearchaos.explorer.web import export
+from gearchaos.gears.operation.operating import OperatingModel
+from gearchaos.studies.speeds.assess import Assessment
+
+_DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
+_MAP_DELAY = 0.02  # the same for a map: longer than between two frames of the browser, which may send a change each
+_MOVING = 0.2  # seconds between two changes up to which a slider is being moved; the first has no delay
+_SKELETON = "bifurcation curves"  # the task of the curves over the map
+_RUN_UP = "run-up"  # the task of the run-up
+_ASSESSMENT = "assessment"  # the task of the speeds to avoid
+_TOLERANCES = "tolerances"  # the task of what they do at the point
+_KNOCK = "knock"  # the task of what a knock does to the motion at the point
+_NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
+_NO_PAIR = "choose a pair of gears; a dimensionless model and a train have none"
+_COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
+
+
+class Display(Protocol):
+    """Where results are shown; all methods are called in the thread of the page."""
+
+    def show_map(self, found: Map) -> None: ...
+    def show_point_motion(self, found: PointMotion) -> None: ...
+    def show_diagram(self, found: xr.Dataset) -> None: ...
+    def show_basins(self, view: View, found: xr.Dataset) -> None: ...
+    def show_attractors(self, found: xr.Dataset) -> None: ...
+    def clear_point_studies(self) -> None: ...
+    def show_branch(self, found: xr.Dataset) -> None: ...
+    def clear_branch(self) -> None: ...
+    def show_skeleton(self, found: Skeleton | None) -> None: ...
+    def clear_skeleton(self) -> None: ...
+    def show_run_up(self, found: RunUpResult) -> None: ...
+    def clear_run_up(self) -> None: ...
+    def show_assessment(self, line: SpeedLine, found: Assessment | None) -> None: ...
+    def clear_assessment(self) -> None: ...
+    def show_tolerances(self, found: Cloud | None) -> None: ...
+    def clear_tolerances(self) -> None: ...
+    def show_knock(self, found: KnockedMotion | None) -> None: ...
+    def clear_knock(self) -> None: ...
+    def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
+    def show_message(self, message: str) -> None: ...
+    def save_file(self, content: bytes, media_type: str, name: str) -> None: ...
+
+
+class Computations:
+    """The computations of one page (``owner``), at most one per task ("map", "diagram", ...).
+
+    The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once a
+    coarse map is shown it also computes a coarse bifurcation diagram and the other motions of the point; the fine
+    diagram follows when the map is complete. Basins and files are computed on request. So are, by workers of their own,
+    the branch of the motion at the point and what a knock does to it, the run-up, the assessment of the speeds, what
+    tolerances do, and the bifurcation curves over the map, which begin once the map is complete.
+
+    ``call_soon`` takes a function and calls it, later, in the thread of the page. ``skeleton_period`` is the largest
+    period of the orbits whose bifurcation curves are shown or asked for, 0 without curves.
+    """
+
+    def __init__(
+        self, owner: str, view: View, workers: Workers, call_soon: Callable[[Callable[[], None]], None],
+        display: Display,
+    ) -> None:
+        self._owner, self._view, self._call_soon, self._display = owner, view, call_soon, display
+        self._quick, self._slow, self._branches, self._curves = workers
+        self._pending: dict[str, object] = {}  # the tasks, each with what tells its request from later ones
+        self.map: Map | None = None  # the newest one
+        self._map_asked = 0.0  # when one was asked for last
+        self.point_motion: PointMotion | None = None  # the newest one
+        self._awaits_map = False  # the diagram and the other motions wait for a coarse map
+        self._awaits_update = False  # the point has moved, and `update_rest` comes later
+        self._fine_diagram_waits = self._basins_wait = self._branch_waits = False
+        self._followed: PeriodicMotion | None = None  # the motion whose branch is shown or being computed
+        self._skeleton: Skeleton | None = None  # the newest one
+        self.skeleton_period = 0
+        self.run_up: RunUpResult | None = None  # that of the present view
+        self.assessment: Assessment | None = None  # that of the present map
+        self._line: SpeedLine | None = None  # what is assessed, or being assessed
+        self.cloud: Cloud | None = None  # the designs at the present point
+        self.knocked: KnockedMotion | None = None  # what a knock does to the motion at the present point
+        self._shares: dict[str, float] = {}  # of run-up, assessment and tolerances that are computed
+
+    # --- the view changes ------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Compute what a new page shows."""
+        self._ask_point_motion()
+        self._ask_map()
+        self._awaits_map = True
+
+    def update(self, view: View) -> None:
+        """Show another view: compute the motion at its point and its map, unless they are those of the view before."""
+        before, self._view = self._view, view
+        self._awaits_update = True
+        if before.point != view.point:
+            self._ask_point_motion()
+            self.clear_knock()
+        if before.plane_key != view.plane_key:
+            self.clear_skeleton()
+        if before.map_key != view.map_key:
+            self._ask_map()
+        silent = self.run_up is None or not self.run_up.sound
+        if before.run_key != view.run_key or (view.sounds and not before.sounds and silent):
+            self.clear_run_up()
+        self._update_assessment()
+        if before.operating_point != view.operating_point:
+            self.clear_tolerances()
+
+    def update_rest(self, before: View) -> None:
+        """Compute what else differs between an earlier view and the present one."""
+        self._awaits_update = False
+        if before.line_key != self._view.line_key:
+            self._ask_diagram()
+            if self._followed is not None and before.branch_key == self._view.branch_key:
+                self._follow(self._followed)  # in other units
+            elif self._followed is not None:
+                self.clear_branch()
+        if before.operating_point != self._view.operating_point:
+            self._ask_attractors()
+        if self._basins_wait:
+            self.ask_basins()
+        if self._branch_waits:
+            self.ask_branch()
+
+    def close(self) -> None:
+        """Cancel everything."""
+        for worker in (self._quick, self._slow, self._branches, self._curves):
+            worker.cancel(self._owner)
+
+    # --- requests --------------------------------------------------------------------------------------------------
+
+    def _ask(
+        self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
+        urgent: bool = False,
+    ) -> None:
+        """Have a worker compute a task; ``show`` gets its results, but no empty Dataset, which is progress only.
+
+        A result, or an end, that was on its way when the task was dropped or asked for again is ignored.
+        """
+        def deliver(found: Any) -> None:
+            if self._pending.get(task) is not request:
+                return
+            if not isinstance(found, xr.Dataset) or found:
+                show(found)
+            self._show_busy()
+
+        def end(message: str | None) -> None:
+            if self._pending.get(task) is request:
+                self._ended(task, message)
+
+        self._pending[task] = request = object()
+        self._show_busy()
+        worker.submit(self._owner, task, Job(function, lambda found: self._call_soon(partial(deliver, found)),
+                                             lambda message: self._call_soon(partial(end, message)), delay,
+                                             lambda: self._call_soon(partial(self._show_busy, compiling=True)), urgent))
+
+    def _drop(self, worker: Worker, task: str) -> None:
+        """Cancel a task that need not be computed again."""
+        worker.cancel(self._owner, task)
+        self._ended(task, None)
+
+    def _ask_point_motion(self) -> None:
+        self._quick.cancel(self._owner, "final verdict")
+        self._pending.pop("final verdict", None)
+        self._ask(self._quick, "motion", partial(point_motion, self._view.point), self._show_point_motion)
+
+    def _ask_map(self) -> None:
+        self.map, before, self._map_asked = None, self._map_asked, time.monotonic()
+        delay = _MAP_DELAY if self._map_asked - before < _MOVING else 0.0
+        self._ask(self._slow, "map", partial(successive_maps, self._view), self.show_map, delay, True)
+
+    def _ask_diagram(self, *strides: int) -> None:
+        """Compute the bifurcation diagram; the fine one waits until the map is complete."""
+        self._fine_diagram_waits = not strides and "map" in self._pending
+        strides = strides or ((_COARSE_DIAGRAM,) if self._fine_diagram_waits else (_COARSE_DIAGRAM, 1))
+        function = partial(point.bifurcation, self._view, *strides)
+        self._ask(self._slow, "diagram", function, self._display.show_diagram, 2 * _DELAY)
+
+    def _ask_attractors(self) -> None:
+        """Compute the other motions of the point; remove the basins and motions of the previous point."""
+        self._drop(self._slow, "basins")
+        self._display.clear_point_studies()
+        function = partial(point.attractors, self._view)
+        self._ask(self._slow, "other motions", function, self._display.show_attractors, 3 * _DELAY)
+
+    def ask_basins(self) -> None:
+        """Compute the basins of the point, as soon as the page shows that point and a first map."""
+        self._basins_wait = self._awaits_map or self._awaits_update
+        if not self._basins_wait:
+            view = self._view
+            self._ask(self._slow, "basins", partial(point.basins, view), partial(self._display.show_basins, view))
+
+    def ask_branch(self) -> None:
+        """Follow the motion at the point along the line of the diagram; there is a message if it is not periodic."""
+        self._branch_waits = self._awaits_update
+        if self._branch_waits:
+            return
+        found = self.point_motion
+        if found is None or found.model != self._view.point:
+            self._display.show_message("The motion at the point is still being computed.")
+            return
+        try:
+            self._followed = periodic_motion(found)
+        except InputError as error:
+            self._display.show_message(error.advice)
+        else:
+            self._follow(self._followed)
+
+    def _follow(self, motion: PeriodicMotion) -> None:
+        """Compute the branch of a motion."""
+        self._display.clear_branch()
+        self._ask(self._branches, "branch", partial(branch, self._view, motion), self._display.show_branch)
+
+    def clear_branch(self) -> None:
+        """Remove the branch; cancel its computation."""
+        self._followed, self._branch_waits = None, False
+        self._drop(self._branches, "branch")
+        self._display.clear_branch()
+
+    def ask_skeleton(self, period: int) -> None:
+        """Compute the bifurcation curves of orbits up to a period over the map, as soon as the map is complete."""
+        self.clear_skeleton()
+        self.skeleton_period = period
+        self._display.show_skeleton(None)
+        if "map" not in self._pending or (self.map is not None and self.map.share == 1):
+            self._ask_waiting_skeleton()
+
+    def _ask_waiting_skeleton(self) -> None:
+        """Compute the bifurcation curves that were asked for, unless that has begun."""
+        if self.skeleton_period and self._skeleton is None and _SKELETON not in self._pending:
+            function = partial(skeleton, self._view, self.skeleton_period)
+            self._ask(self._curves, _SKELETON, function, self._show_skeleton)
+
+    def clear_skeleton(self) -> None:
+        """Remove the bifurcation curves; cancel their computation."""
+        if self.skeleton_period:
+            self._skeleton, self.skeleton_period = None, 0
+            self._drop(self._curves, _SKELETON)
+            self._display.clear_skeleton()
+
+    def ask_run_up(self) -> None:
+        """Compute the run-up of the view, or cancel its computation; there is a message if the view has no gears."""
+        if _RUN_UP in self._pending:
+            self.clear_run_up()
+        elif self._view.run is None:
+            self._ended(_RUN_UP, _NO_SPEED)
+        elif self.run_up is None:
+            self._display.show_message("")
+            function = partial(run_up, self._view.operating_point, self._view.run, self._view.mesh)
+            self._ask(self._branches, _RUN_UP, function, self._show_run_up)
+
+    def clear_run_up(self) -> None:
+        """Remove the run-up; cancel its computation."""
+        if self.run_up is not None or _RUN_UP in self._pending:
+            self.run_up = None
+            self._drop(self._branches, _RUN_UP)
+
+    def ask_assessment(self) -> None:
+        """Assess the speeds at the point, or cancel that; there is a message if the view has no gears."""
+        pending = _ASSESSMENT in self._pending
+        self.clear_assessment()
+        if self._view.run is None:
+            self._ended(_ASSESSMENT, _NO_SPEED)
+        elif not pending:
+            self._display.show_message("")
+            self._line = SpeedLine(self._view)
+            self._display.show_assessment(self._line, None)
+            self._ask(self._branches, _ASSESSMENT, partial(assessed, self._line), self._show_assessment)
+
+    def _update_assessment(self) -> None:
+        """Show where the assessment lies on the present map; remove it, or cancel it, if that is of other gears."""
+        if self._line is not None and not self._line.belongs_to(self._view):
+            self.clear_assessment()
+        elif self._line is not None and self.assessment is not None:
+            self._display.show_assessment(self._line, self.assessment)
+
+    def clear_assessment(self) -> None:
+        """Remove the assessment; cancel its computation."""
+        if self._line is not None:
+            self._line = self.assessment = None
+            self._drop(self._branches, _ASSESSMENT)
+
+    def ask_tolerances(self) -> None:
+        """Compute what tolerances do at the point, or cancel that; there is a message if the view has no pair."""
+        pending = _TOLERANCES in self._pending
+        self.clear_tolerances()
+        if not isinstance(self._view.operating_point, OperatingModel):
+            self._ended(_TOLERANCES, _NO_PAIR)
+        elif not pending:
+            self._display.show_message("")
+            self._display.show_tolerances(None)
+            self._ask(self._branches, _TOLERANCES, partial(tolerances, self._view), self._show_tolerances)
+
+    def clear_tolerances(self) -> None:
+        """Remove what tolerances do; cancel its computation."""
+        if self.cloud is not None or _TOLERANCES in self._pending:
+            self.cloud = None
+            self._drop(self._branches, _TOLERANCES)
+
+    def ask_knock(self) -> None:
+        """Find what a knock does to the motion at the point, or cancel that; a message says why it cannot be found."""
+        pending, motion = _KNOCK in self._pending, self.point_motion
+        self.clear_knock()
+        if not isinstance(self._view.operating_point, OperatingModel):
+            self._ended(_KNOCK, _NO_PAIR)
+        elif motion is None or motion.model != self._view.point:
+            self._ended(_KNOCK, "the motion at the point is still being computed")
+        elif not pending:
+            self._display.show_message("")
+            function = partial(knocked_motion, motion_to_knock(motion), motion.verdict.dynamic_factor or np.nan)
+            self._display.show_knock(None)
+            self._ask(self._branches, _KNOCK, function, self._show_knock)
+
+    def clear_knock(self) -> None:
+        """Remove what a knock does; cancel its computation."""
+        if self.knocked is not None or _KNOCK in self._pending:
+            self.knocked = None
+            self._drop(self._branches, _KNOCK)
+
+    def ask_file(self, kind: str, suffix: str) -> None:
+        """Make a file of the map, the motion or the run-up in the units that the view shows, or of the assessment."""
+        motion, dataset, title = self.point_motion, None, ""
+        if kind == "map" and self.map is not None:
+            dataset = (self.map if suffix == "nc" else self.map.of_mesh(self._view.mesh)).dataset
+        elif kind == "motion" and motion is not None:
+            dataset, title = motion.trajectory, motion.verdict.label
+        elif kind == "runup" and self.run_up is not None:
+            dataset = self.run_up.dataset
+        elif kind == "assessment" and self.assessment is not None and self._line is not None:
+            function = partial(export.assessment, suffix, self.assessment, self._line)
+            self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
+            return
+        if dataset is None:
+            self._display.show_message("There is nothing to save yet.")
+            return
+        gears = self._view.gears if self._view.physical else None
+        function = partial(export.exported, kind, suffix, dataset, self._view.colour, title, gears)
+        self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
+
+    # --- results ---------------------------------------------------------------------------------------------------
+
+    def _ended(self, task: str, message: str | None) -> None:
+        """The job of a task has ended, after its last result or with an error message."""
+        self._pending.pop(task, None)
+        self._show_busy()
+        if message:
+            self._display.show_message(f"{task}: {message}")
+        self._shares.pop(task, None)
+        if task == _RUN_UP and self.run_up is None:
+            self._display.clear_run_up()
+        if task == _ASSESSMENT and self.assessment is None:
+            self._line = None
+            self._display.clear_assessment()
+        if task == _TOLERANCES and self.cloud is None:
+            self._display.clear_tolerances()
+        if task == _KNOCK and self.knocked is None:
+            self._display.clear_knock()
+        if task == "map":
+            self._continue_after_first_map()
+            self._continue_after_last_map()
+
+    def _show_busy(self, compiling: bool = False) -> None:
+        share = 0.0 if self.map is None else self.map.share
+        progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
+        run_up, random, designs = (self._shares.get(task, 0.0) for task in (_RUN_UP, _ASSESSMENT, _TOLERANCES))
+        words = {"map": progress, _RUN_UP: f"{_RUN_UP} {100 * run_up:.0f} %",
+                 _TOLERANCES: f"{_TOLERANCES} {100 * designs:.0f} %"}
+        if 0 < random < 1:
+            words[_ASSESSMENT] = f"{_ASSESSMENT} (motions from random states {100 * random:.0f} %)"
+        self._display.show_busy([words.get(p, p) for p in sorted(self._pending)], compiling)
+
+    def show_map(self, found: Map) -> None:
+        """Show a map, unless it does not have the variable of the present colouring."""
+        self.map = found
+        if self._view.colour not in found.dataset and self._view.colour != "motion":
+            return
+        self._display.show_map(found)
+        if found.stride <= COARSE[-1]:
+            self._continue_after_first_map()
+        if found.share == 1:
+            self._continue_after_last_map()
+
+    def _continue_after_first_map(self) -> None:
+        if self._awaits_map:
+            self._awaits_map = False
+            self._ask_diagram()
+            self._ask_attractors()
+            if self._basins_wait:
+                self.ask_basins()
+
+    def _continue_after_last_map(self) -> None:
+        if self._fine_diagram_waits:
+            self._ask_diagram(1)
+        self._ask_waiting_skeleton()
+
+    def _show_point_motion(self, found: PointMotion) -> None:
+        """Show a motion, unless the point has moved since; compute the final verdict if this one is preliminary."""
+        if found.model != self._view.point:
+            return
+        self.point_motion = found = found.with_trajectory_of(self.point_motion)
+        self._display.show_point_motion(found)
+        if found.stage == "preliminary":
+            function = partial(final_verdict, found.model, found.verdict.label)
+            self._ask(self._quick, "final verdict", function, self._show_point_motion)
+
+    def _show_run_up(self, found: float | RunUpResult) -> None:
+        if isinstance(found, RunUpResult):
+            self.run_up = found
+            self._display.show_run_up(found)
+        else:
+            self._shares[_RUN_UP] = found
+
+    def _show_assessment(self, found: float | Assessment) -> None:
+        if isinstance(found, Assessment) and self._line is not None:
+            self.assessment = found
+            self._display.show_assessment(self._line, found)
+        elif isinstance(found, float):
+            self._shares[_ASSESSMENT] = found
+
+    def _show_tolerances(self, found: float | Cloud) -> None:
+        if isinstance(found, Cloud):
+            self.cloud = found
+            self._display.show_tolerances(found)
+        else:
+            self._shares[_TOLERANCES] = found
+
+    def _show_knock(self, found: KnockedMotion) -> None:
+        self.knocked = found
+        self._display.show_knock(found)
+
+    def _show_skeleton(self, found: Skeleton) -> None:
+        self._skeleton = found
+        self._display.show_skeleton(found)

@@ -1,0 +1,1 @@
+"""Periodic orbits: near returns, Newton's method, sensitivities by parameters, corrections along a branch."""

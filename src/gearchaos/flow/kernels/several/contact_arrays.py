@@ -1,0 +1,141 @@
+"""The arrays of systems with several one-sided contacts: points, steps and contact sets, work.
+
+The coordinates w of a point with M contacts in K meshes obey
+
+    w' = A w + f(τ) − Σ_m push_m (Σ_e side_e κ_e(τ) g_e + D_m rate_m·w [some e closed]),
+
+the inner sum over the *closed* contacts e of mesh m, those with a positive gap function g_e = side_e row_m·w − o_e(τ).
+The stiffness κ_e is constant, and the offset o_e a polynomial of degree 2, on each *piece* of the period. κ_e = 0 says
+that contact e is absent. A *contact set* is an integer whose bit e is set where contact e is closed.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gearchaos.flow.kernels.vector.arrays import PAGE, aligned, row_offsets
+from gearchaos.flow.kernels.vector.constants import ORDER, WIDTH
+from gearchaos.flow.kernels.vector.measure import Measure
+
+OFFSETS = 3  # coefficients of an offset
+BUCKETS = 512  # of the table in which the matrices of a step and a contact set are found
+TERMS = 2 * WIDTH  # places of a polynomial of degree `ORDER`
+CLEAR = 4  # numbers of a mesh, before those of each coordinate, that `contact_sets.add_set` writes
+
+
+class ContactPoints(NamedTuple):
+    """P parameter points with d coordinates, H harmonics, M contacts in K meshes and N pieces of the period."""
+
+    omega: np.ndarray  # (P,)
+    A: np.ndarray  # (P, d, d)
+    f0: np.ndarray  # (P, d)
+    orders: np.ndarray  # (H,) int, of the harmonics
+    f_cos: np.ndarray  # (P, H, d)
+    f_sin: np.ndarray
+    integral: np.ndarray  # (d,) int, the coordinate of which one is the integral; -1 where it is of none
+    row: np.ndarray  # (K, d) displacement of a mesh from the coordinates
+    unit: np.ndarray  # (K, d) row over its square: coordinates at which the displacement is 1
+    rate: np.ndarray  # (K, d) its derivative
+    push: np.ndarray  # (P, K, d)
+    damping: np.ndarray  # (P, K) damping coefficient of the mesh force
+    in_contact: np.ndarray  # (K,) int, 1 where the damping acts in contact alone, 0 where it is a part of A
+    mesh: np.ndarray  # (M,) int, mesh of a contact
+    side: np.ndarray  # (M,) 1.0 on the front flank, -1.0 on the back flank
+    sides: np.ndarray  # (V WIDTH,) the same, in V vectors
+    edges: np.ndarray  # (P, N + 1) where pieces begin and end, fractions of the period
+    stiffness: np.ndarray  # (P, N, M)
+    offset: np.ndarray  # (P, N, M, OFFSETS) coefficients in the time since the piece began, in periods
+    counts: np.ndarray  # (P, N) int, steps on each piece
+    sample: np.ndarray  # (N,) int, index of the sample at the start of a piece, or -1
+    orthonormalise_every: np.ndarray  # (P,) int, steps between two orthonormalisations
+    velocity: np.ndarray  # (P, d) the measured velocity: velocity·w + velocity0 + its harmonics
+    velocity0: np.ndarray  # (P,)
+    velocity_cos: np.ndarray  # (P, H)
+    velocity_sin: np.ndarray
+
+
+class StepTables(NamedTuple):
+    """The steps of points and the matrices of contact sets met so far, in S places with Q steps and E entries each."""
+
+    point: np.ndarray  # (S,) int, the point whose steps are in a place; -1 for none
+    steps: np.ndarray  # (S,) int
+    duration: np.ndarray  # (S, Q) in units of τ
+    phase: np.ndarray  # (S, Q) start as a fraction of the period
+    sample: np.ndarray  # (S, Q) int, index of the sample at the start of the step, or -1
+    present: np.ndarray  # (S, Q) int, the contacts that can close, one bit each
+    anew: np.ndarray  # (S, Q) int, those that begin with the step, or whose offset jumps there
+    pause: np.ndarray  # (S, Q) int, 1 where other contacts are present than before, some begin, or a sample is taken
+    stiffness: np.ndarray  # (S, Q, M)
+    offset: np.ndarray  # (S, Q, OFFSETS, V WIDTH) coefficients in s, from 0 to 1 on the step; M contacts in V vectors
+    force: np.ndarray  # (S, Q, ORDER + 1, d)
+    velocity: np.ndarray  # (S, Q, ORDER + 1) what of the measured velocity does not depend on the state
+    entries: np.ndarray  # (S,) int, number in use
+    step: np.ndarray  # (S, E) int, step and contact set of an entry
+    closed: np.ndarray  # (S, E) int
+    follows: np.ndarray  # (S, E) int, the entry of the next step with the same set; -1 where none is known
+    chain: np.ndarray  # (S, E) int, the next entry of the same bucket; -1 for none
+    bucket: np.ndarray  # (S, BUCKETS) int, its first entry
+    matrix: np.ndarray  # (S, E, d + 1, d) w after the step: column j of E in row j, the constant in the last one
+    columns: np.ndarray  # (S, E, G, ORDER + 1, WIDTH) polynomials of w on the step, see `contact_sets.values_at`
+    outputs: np.ndarray  # (S, E, K + 1, d + 1, TERMS) polynomials of the displacements and of the measured velocity
+    clear: np.ndarray  # (S, E, K, CLEAR + d) see `contact_sets.add_set`
+
+
+class ContactWork(NamedTuple):
+    """Memory for one trajectory that is being advanced."""
+
+    w: np.ndarray  # (d,)
+    after: np.ndarray  # (d,)
+    last: np.ndarray  # (d,) the state at the end of a step
+    tangents: np.ndarray  # (T, d)
+    linear: np.ndarray  # (d, d) linear part of the motion on a segment
+    force: np.ndarray  # (ORDER + 1, d) its forcing
+    series: np.ndarray  # (d + 1, ORDER + 1, d) polynomials of the columns
+    values: np.ndarray  # (2 * G * WIDTH,) the columns at a point of the step, see `contact_sets.values_at`
+    outputs: np.ndarray  # (K + 1, TERMS) polynomials of the displacements of the meshes and of the measured velocity
+    shifted: np.ndarray  # (TERMS,) a polynomial on the rest of a step
+    gaps: np.ndarray  # (groups * (ORDER + 1) * WIDTH,) polynomials of the gaps, `WIDTH` contacts in a group
+    exits: np.ndarray  # (groups * WIDTH,) first root of each
+    rows: np.ndarray  # (K, rows * WIDTH) segments to be measured, one in each position: see `arrays.Rows`
+    measures: np.ndarray  # (K, len(Measure) * WIDTH) those of the segments that were in each position
+    progress: np.ndarray  # (4,) int: number of the trajectory, completed periods, whether it is loaded, segments kept
+
+
+def new_tables(places: int, steps: int, entries: int, d: int, m: int, k: int) -> StepTables:
+    """Empty tables with these numbers of places, steps, entries, coordinates, contacts and meshes."""
+    def whole(*shape: int) -> np.ndarray:
+        return np.full((places, *shape), -1, np.int64)
+
+    def real(*shape: int) -> np.ndarray:
+        return np.zeros((places, *shape))
+
+    return StepTables(
+        whole(), whole(), real(steps), real(steps), whole(steps), whole(steps), whole(steps), whole(steps),
+        real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH), real(steps, ORDER + 1, d),
+        real(steps, ORDER + 1), whole(), whole(entries), whole(entries), whole(entries), whole(entries), whole(BUCKETS),
+        real(entries, d + 1, d),
+        aligned(places, entries, _groups(d), ORDER + 1, WIDTH), aligned(places, entries, k + 1, d + 1, TERMS),
+        real(entries, k, CLEAR + d))
+
+
+def _groups(d: int) -> int:
+    """Vectors that the columns of d coordinates take."""
+    return -(-d * (d + 1) // WIDTH)
+
+
+def vectors_of(m: int) -> int:
+    """Vectors that m contacts take."""
+    return -(-m // WIDTH)
+
+
+def new_contact_work(d: int, m: int, k: int, vectors: int) -> ContactWork:
+    """Memory for d coordinates, m contacts, k meshes and this number of tangent vectors."""
+    groups = vectors_of(m)
+    return ContactWork(
+        np.zeros(d), np.zeros(d), np.zeros(d), np.zeros((vectors, d)), np.zeros((d, d)), np.zeros((ORDER + 1, d)),
+        np.zeros((d + 1, ORDER + 1, d)), aligned(2 * _groups(d) * WIDTH), aligned(k + 1, TERMS), np.zeros(TERMS),
+        aligned(groups * (ORDER + 1) * WIDTH),
+        aligned(groups * WIDTH), aligned(k, row_offsets(2, "always").total * WIDTH, to=PAGE),
+        aligned(k, len(Measure) * WIDTH), np.zeros(4, np.int64))

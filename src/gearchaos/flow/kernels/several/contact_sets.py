@@ -1,0 +1,258 @@
+"""Systems with several one-sided contacts: the steps of a point, and the motions with the contact sets met so far.
+
+Between changes of the contact set the motion is linear: its polynomials on a step are linear in the state at the start
+of the step, and serve until the set changes. They are made when the set is first met.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+
+from gearchaos.flow.kernels.compilation import inlined, subroutine
+from gearchaos.flow.kernels.several.contact_arrays import BUCKETS, CLEAR, OFFSETS
+from gearchaos.flow.kernels.vector.constants import ORDER, TWO_PI, WIDTH
+from gearchaos.flow.kernels.vector.simd import broadcast, fma, load, store, vfma
+
+_CONTINUOUS = 1e-12  # an offset that differs by less from one piece to the next, in units of displacement, goes on
+_LEAST_PIECE = 1e-14  # shortest piece of a period, as a fraction of it, that gets steps
+
+
+@subroutine
+def _add_harmonics(points, angle, turn, cos_amplitudes, sin_amplitudes, series):
+    """Add the polynomials of harmonics (H,) on a step to ``series`` (ORDER + 1,): it begins at ``angle`` of the first
+    order and turns by ``turn``."""
+    for h in range(len(points.orders)):
+        a, b = cos_amplitudes[h], sin_amplitudes[h]
+        if a == 0.0 and b == 0.0:
+            continue
+        c, s = cos(angle * points.orders[h]), sin(angle * points.orders[h])
+        value, slope = a * c + b * s, b * c - a * s
+        for k in range(ORDER + 1):
+            series[k] += value
+            value, slope = slope * (turn * points.orders[h] / (k + 1)), -value * (turn * points.orders[h] / (k + 1))
+
+
+@subroutine
+def fill_steps(dims, points, p, tables, place, work):
+    """Write the steps of point p to a place of the tables, without what depends on contact sets."""
+    tables.point[place], tables.entries[place] = p, 0
+    tables.bucket[place, :] = -1
+    step, series = 0, work.shifted
+    for n in range(len(points.sample)):
+        length, count = points.edges[p, n + 1] - points.edges[p, n], points.counts[p, n]
+        if length <= _LEAST_PIECE:
+            continue
+        share = length / count
+        for i in range(count):
+            tables.sample[place, step] = points.sample[n] if i == 0 else -1
+            tables.phase[place, step] = points.edges[p, n] + i * share
+            tables.duration[place, step] = TWO_PI / points.omega[p] * share
+            present = anew = 0
+            for e in range(len(points.mesh)):
+                tables.stiffness[place, step, e] = points.stiffness[p, n, e]
+                present |= (1 << e) if points.stiffness[p, n, e] != 0.0 else 0
+                o, begin = points.offset[p, n, e], i * share
+                offset = tables.offset[place, step]
+                offset[0, e] = o[0] + begin * (o[1] + begin * o[2])
+                offset[1, e] = (o[1] + 2.0 * begin * o[2]) * share
+                offset[2, e] = o[2] * share * share
+                earlier = tables.offset[place, max(step - 1, 0)]
+                if step == 0 or not abs(offset[0, e] - earlier[0, e] - earlier[1, e] - earlier[2, e]) < _CONTINUOUS:
+                    anew |= 1 << e
+            before = tables.present[place, step - 1] if step > 0 else 0
+            anew = present & (anew | ~before)
+            tables.present[place, step], tables.anew[place, step] = present, anew
+            tables.pause[place, step] = anew != 0 or present != before or tables.sample[place, step] >= 0
+            angle, turn = TWO_PI * tables.phase[place, step], points.omega[p] * tables.duration[place, step]
+            force, velocity = tables.force[place, step], tables.velocity[place, step]
+            for j in range(len(dims)):
+                series[:] = 0.0
+                series[0] = points.f0[p, j]
+                _add_harmonics(points, angle, turn, points.f_cos[p, :, j], points.f_sin[p, :, j], series)
+                for k in range(ORDER + 1):
+                    force[k, j] = series[k]
+            velocity[:] = 0.0
+            velocity[0] = points.velocity0[p]
+            _add_harmonics(points, angle, turn, points.velocity_cos[p], points.velocity_sin[p], velocity)
+            step += 1
+    tables.steps[place] = step
+
+
+@inlined
+def mesh_closed(points, closed, m):
+    """Whether a contact of mesh m is closed."""
+    found = False
+    for e in range(len(points.mesh)):
+        found |= points.mesh[e] == m and closed >> e & 1 == 1
+    return found
+
+
+@subroutine
+def _set_equations(dims, points, p, tables, place, step, closed, work):
+    """Write the linear part (d, d) and the forcing (ORDER + 1, d) of the motion on a step with a contact set to the
+    workspace."""
+    d, linear, force = len(dims), work.linear, tables.force[place, step]
+    for i in range(d):
+        for j in range(d):
+            linear[i, j] = points.A[p, i, j]
+    for k in range(ORDER + 1):
+        for i in range(d):
+            work.force[k, i] = force[k, i]
+    for e in range(len(points.mesh)):
+        if closed >> e & 1:
+            m, side = points.mesh[e], points.side[e]
+            for i in range(d):
+                push = points.push[p, m, i] * tables.stiffness[place, step, e]
+                for j in range(d):
+                    linear[i, j] -= push * points.row[m, j]
+                for k in range(OFFSETS):
+                    work.force[k, i] += side * push * tables.offset[place, step, k, e]
+    for m in range(len(points.row)):
+        if points.in_contact[m] and mesh_closed(points, closed, m):
+            for i in range(d):
+                for j in range(d):
+                    linear[i, j] -= points.push[p, m, i] * points.damping[p, m] * points.rate[m, j]
+
+
+@subroutine
+def _column_series(dims, integral, duration, linear, force, series):
+    """Taylor polynomials (d + 1, ORDER + 1, d) in s of w' = linear w from the unit vectors, and of that with the force
+    from 0; ``integral`` (d,) is that of `ContactPoints`."""
+    d = len(dims)
+    for j in range(d + 1):
+        for i in range(d):
+            series[j, 0, i] = 1.0 if i == j else 0.0
+    for k in range(ORDER):
+        scale = duration / (k + 1)
+        for i in range(d):
+            for j in range(d + 1):
+                if integral[i] >= 0:
+                    total = series[j, k, integral[i]]
+                else:
+                    total = force[k, i] if j == d else 0.0
+                    for n in range(d):
+                        total = fma(linear[i, n], series[j, k, n], total)
+                series[j, k + 1, i] = total * scale
+
+
+@inlined
+def dot(dims, row, w):
+    """row·w."""
+    total = 0.0
+    for i in range(len(dims)):
+        total += row[i] * w[i]
+    return total
+
+
+@subroutine
+def _make_outputs(dims, points, p, tables, place, step, entry, work):
+    """Write the polynomials of the columns, which the workspace has, and from them those of the outputs."""
+    d, columns = len(dims), tables.columns[place, entry]
+    for j in range(d + 1):
+        for k in range(ORDER + 1):
+            for i in range(d):
+                columns[(j * d + i) // WIDTH, k, (j * d + i) % WIDTH] = work.series[j, k, i]
+            for m in range(len(points.row)):
+                tables.outputs[place, entry, m, j, k] = dot(dims, points.row[m], work.series[j, k])
+            velocity = dot(dims, points.velocity[p], work.series[j, k])
+            velocity += tables.velocity[place, step, k] if j == d else 0.0
+            tables.outputs[place, entry, len(points.row), j, k] = velocity
+
+
+@subroutine
+def _make_clear(dims, points, tables, place, step, closed, entry):
+    """Write ``clear`` of a contact set, see `add_set`."""
+    d = len(dims)
+    for m in range(len(points.row)):
+        low, high, reference = -np.inf, np.inf, 0.0
+        for e in range(len(points.mesh)):
+            if points.mesh[e] != m or not tables.present[place, step] >> e & 1:
+                continue
+            o, side = tables.offset[place, step], points.side[e]
+            end, bend = o[0, e] + o[1, e] + o[2, e], 0.25 * abs(o[2, e])
+            if closed >> e & 1:
+                reference = side * o[0, e]
+            if (side > 0.0) == (closed >> e & 1 == 1):
+                low = max(low, side * o[0, e] + bend, side * end + bend)
+            else:
+                high = min(high, side * o[0, e] - bend, side * end - bend)
+        clear, motion = tables.clear[place, entry, m], tables.outputs[place, entry, m]
+        clear[0], clear[1], clear[2], clear[3] = low, high, reference, 0.0
+        for j in range(d):
+            clear[CLEAR + j] = 0.0
+        for k in range(2, ORDER + 1):
+            share, at_reference = k * (k - 1) / 8.0, motion[d, k]
+            for j in range(d):
+                at_reference += motion[j, k] * reference * points.unit[m, j]
+                clear[CLEAR + j] += share * abs(motion[j, k])
+            clear[3] += share * abs(at_reference)
+
+
+@inlined
+def after_step(dims, matrix, w, after):
+    """Write the state after a step, from ``w``, to ``after``."""
+    for i in range(len(dims)):
+        total = matrix[len(dims), i]
+        for j in range(len(dims)):
+            total = fma(matrix[j, i], w[j], total)
+        after[i] = total
+
+
+@inlined
+def values_at(columns, s, values):
+    """The columns (G, ORDER + 1, WIDTH) at s, and at −s in the second half of ``values`` (2 G WIDTH,).
+
+    Number j d + i of each half is that of column j for coordinate i; the last column is the constant.
+    """
+    at, square = broadcast(s), broadcast(s * s)
+    for group in range(len(columns)):
+        first = group * (ORDER + 1)
+        even, odd = load(columns, first + ORDER), load(columns, first + ORDER - 1)
+        for k in range(ORDER - 2, 0, -2):
+            even = vfma(even, square, load(columns, first + k))
+            odd = vfma(odd, square, load(columns, first + k - 1))
+        even = vfma(even, square, load(columns, first))
+        store(values, group, vfma(at, odd, even))
+        store(values, len(columns) + group, vfma(broadcast(-s), odd, even))
+
+
+@subroutine
+def add_set(dims, points, p, tables, place, step, closed, work):
+    """Make the polynomials and the step matrices of a contact set, and return their entry.
+
+    ``clear`` says of each mesh between which displacements its contacts surely stay as they are: the lower and the
+    upper limit, and how far the displacement can be from its chord on the step. The last is the bound for the motion
+    that begins on a reference displacement, the third number, at rest: the fourth; and, for each coordinate, that for a
+    difference of 1 from there.
+    """
+    d = len(dims)
+    if tables.entries[place] == tables.step.shape[1]:
+        tables.entries[place] = 0
+        tables.bucket[place, :] = -1
+    entry = tables.entries[place]
+    tables.entries[place] = entry + 1
+    tables.step[place, entry], tables.closed[place, entry], tables.follows[place, entry] = step, closed, -1
+    number = (closed * 31 + step) % BUCKETS
+    tables.chain[place, entry], tables.bucket[place, number] = tables.bucket[place, number], entry
+    _set_equations(dims, points, p, tables, place, step, closed, work)
+    _column_series(dims, points.integral, tables.duration[place, step], work.linear, work.force, work.series)
+    _make_outputs(dims, points, p, tables, place, step, entry, work)
+    _make_clear(dims, points, tables, place, step, closed, entry)
+    values_at(tables.columns[place, entry], 1.0, work.values)
+    for j in range(d + 1):
+        for i in range(d):
+            tables.matrix[place, entry, j, i] = work.values[j * d + i]
+    return entry
+
+
+@inlined
+def find_set(dims, points, p, tables, place, step, closed, work):
+    """The entry of a step and a contact set, made if it is not there."""
+    entry = tables.bucket[place, (closed * 31 + step) % BUCKETS]
+    while entry >= 0:
+        if tables.step[place, entry] == step and tables.closed[place, entry] == closed:
+            return entry
+        entry = tables.chain[place, entry]
+    return add_set(dims, points, p, tables, place, step, closed, work)

@@ -1,0 +1,1 @@
+"""Gears at a speed and a torque: their models, deflection and separation, results in their units."""

@@ -1,0 +1,1 @@
+"""What every study is made of: axes, options, declaration, cost and price, initial values, the list of all."""

@@ -1,0 +1,34 @@
+"""All kinds of studies by name, for study files, stores and the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+
+from gearchaos import catalogue
+from gearchaos.errors import unknown_name
+from gearchaos.studies.core.study import Study
+
+
+class _Studies(Mapping[str, type[Study]]):
+    """The classes of studies by kind; each is imported when it is used."""
+
+    def __getitem__(self, kind: str) -> type[Study]:
+        entry = catalogue.STUDIES[kind]
+        return getattr(import_module(f"gearchaos.{entry['module']}"), entry["class"])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(catalogue.STUDIES)
+
+    def __len__(self) -> int:
+        return len(catalogue.STUDIES)
+
+
+STUDIES = _Studies()
+
+
+def study_class(kind: str) -> type[Study]:
+    """The class of a kind of study; raises `InputError` for an unknown one."""
+    if kind not in STUDIES:
+        raise unknown_name("study.kind", kind, STUDIES)
+    return STUDIES[kind]

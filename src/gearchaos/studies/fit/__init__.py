@@ -1,0 +1,1 @@
+"""Parameters of a gear pair from what is measured of it."""

@@ -1,0 +1,1 @@
+"""Runs in which speed and torque change: computed ones, their jumps, measured ones beside them."""

@@ -1,0 +1,1 @@
+"""What a steady motion sounds like: orders and sidebands, natural frequencies, rattle."""

@@ -1,0 +1,1 @@
+"""Contracts of datasheets and of the standards that they show."""

@@ -1,0 +1,1 @@
+"""Contracts of values with units and of tables from files."""
