@@ -119,7 +119,11 @@ def assess(
         options["settings"] = described[0][1]
         reports[0] = _with_changes(reports[0], (sensitivity, improve), axis, torques, options, taken)
         if not json_out:
-            _print_changes(reports[0])
+            from gearchaos.datasheet.report import changed_in_words
+
+            print()
+            for words, changes in (("Input", reports[0].sensitivity), ("Change", reports[0].improvements)):
+                say_lines(*(f"{words}: {changed_in_words(each, reports[0].found)}" for each in changes or ()))
     _write(reports, out, pdf, plot)
     if json_out:
         document = reports[0].document()
@@ -222,12 +226,3 @@ def _print(report: Report, every: bool) -> None:
               f"Tried: {found.tried}; a motion that few states lead to can be missed",
               *(f"Assumed: {text}" for text in found.assumptions[:-1]))
     sys.stdout.flush()
-
-
-def _print_changes(report: Report) -> None:
-    """Print what changed designs come to."""
-    from gearchaos.datasheet.report import changed_in_words
-
-    print()
-    for words, changes in (("Input", report.sensitivity), ("Change", report.improvements)):
-        say_lines(*(f"{words}: {changed_in_words(each, report.found)}" for each in changes or ()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import textwrap
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -46,19 +47,13 @@ def criteria(
 ) -> dict[str, Any]:
     """The options as the functions take them; raises `InputError` for a change of the load that is no number, or has
     no effect."""
-    if root_stress is not None and _is_number(root_stress):
-        root_stress += " N/mm^2"
+    with suppress(ValueError):
+        if root_stress is not None and math.isfinite(float(root_stress)):
+            root_stress += " N/mm^2"
     if wide and load_change != REVERSED:
         raise InputError("--load-change", "must be left out with --wide", load_change,
                          "Wide ranges of states depend on no change of the load.")
     return {"factor": factor, "root_stress": root_stress, "load_change": change_of(load_change), "wide": wide}
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False
 
 
 def change_of(text: str | None) -> float | None:

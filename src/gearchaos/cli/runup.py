@@ -48,6 +48,11 @@ def runup_document(dataset: xr.Dataset, over: xr.Dataset | None) -> dict[str, An
 
 def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> None:
     """Print of a run-up where contact is lost and where the motion jumps, then a table of its peaks."""
+    def size(jump: Mapping[str, Any]) -> float:
+        """By how much the dynamic factor changes, as the logarithm of its ratio; 0 where it is not known."""
+        ratio = jump["to"] / jump["from"] if jump["from"] else math.nan
+        return abs(math.log(ratio)) if 0 < ratio < math.inf else 0.0
+
     words = {"contact_lost": "contact is lost", "both_flanks": "both flanks are hit", "no_contact": "no contact"}
     for way, states in content["directions"].items():
         most = states["largest"]
@@ -60,20 +65,24 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
         kept = [] if any(states[name] for name in words) else ["contact is kept"]
         print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
         own = [jump for jump in content["jumps"] if jump["direction"] == way]
-        clear = sorted((jump for jump in own if jump["clear"] or jump.get("event")), key=_size, reverse=True)
+        clear = sorted((jump for jump in own if jump["clear"] or jump.get("event")), key=size, reverse=True)
         if clear:
+            causes = [f": {e['kind']} at {e['speed']:.5g} rpm" if (e := jump.get("event")) else
+                      f": {jump['why']}" if "why" in jump else "" for jump in clear]
             print_wrapped("  jumps of the dynamic factor at " + "; ".join(
-                f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g}){_cause(j)}" for j in clear))
+                f"{j['speed']:.5g} rpm ({j['from']:.3g} to {j['to']:.3g}){why}"
+                for j, why in zip(clear, causes, strict=True)))
         others = [jump["speed"] for jump in own if jump not in clear]
         if others:
             print_wrapped(f"  {len(others)} {'more' if clear else 'changes'}, from or to a motion that is not steady: "
                           f"{edges_in_words(min(others), max(others))} rpm")
     if content["status"] != "ok":
         print_wrapped(content["status"])
-    step = float(dataset["speed"][:2].diff("speed").sum())
+    step, cycles = float(dataset["speed"][:2].diff("speed").sum()), max(model.cycles.values(), default=1)
+    repeats = f" The speed changes after every {cycles} mesh cycles, when all repeats." * (cycles > 1)
     print_wrapped(f"dynamic factor: {', '.join(words_beside(dataset, 'dynamic_factor'))}; the largest in each "
                  f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are changes of the force's range "
-                 f"by a quarter or more from one steady motion to another, the largest first.{_steps_of_train(model)}")
+                 f"by a quarter or more from one steady motion to another, the largest first.{repeats}")
     if content["peaks"]:
         table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
         for peak in content["peaks"]:
@@ -91,25 +100,5 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
         print_table(table)
 
 
-def _size(jump: Mapping[str, Any]) -> float:
-    """By how much the dynamic factor changes, as the logarithm of its ratio; 0 where it is not known."""
-    ratio = jump["to"] / jump["from"] if jump["from"] else math.nan
-    return abs(math.log(ratio)) if 0 < ratio < math.inf else 0.0
-
-
-def _cause(jump: Mapping[str, Any]) -> str:
-    """The event that ends the branch of the motion before a jump, in words, if it was looked for."""
-    if "event" not in jump:
-        return ""
-    event = jump["event"]
-    return f": {event['kind']} at {event['speed']:.5g} rpm" if event else f": {jump['why']}"
-
-
 _WHY = {GOES_ON: "the branch before goes on", NOT_PERIODIC: "not from a branch, the motion before is not periodic"}
 """Why a jump has no event."""
-
-
-def _steps_of_train(model: Any) -> str:
-    """How often the speed of a run changes, where that is not with each mesh cycle."""
-    cycles = max(model.cycles.values(), default=1)
-    return f" The speed changes after every {cycles} mesh cycles, when all repeats." * (cycles > 1)

@@ -89,18 +89,15 @@ def section_document(found: Found) -> dict[str, Any]:
     """The JSON document of a stroboscopic section: values by name, in physical units with these."""
     columns = _section(found.dataset)
     units = {"units": {name: values.attrs["units"] for name, values in columns.items()}} if found.physical else {}
-    return {**{name: values.values.tolist() for name, values in columns.items()}, **units, **_of_meshes(found)}
-
-
-def _of_meshes(found: Found) -> dict[str, Any]:
-    """Of a train, the deflections of the meshes in m, and their rates in m/s, at the end of each common period."""
+    document = {**{name: values.values.tolist() for name, values in columns.items()}, **units}
     model: Any = found.loaded.model
-    if not model.mesh_names:
-        return {}
-    units, section = model.units, found.plain
-    of = {"deflection": units.length, "deflection_rate": units.length * units.rate}
-    return {"meshes": {name: {n: (section[f"section_{n}"].values[:, m] * unit).tolist() for n, unit in of.items()}
-                       for m, name in enumerate(section["mesh"].values.tolist())}}
+    if model.mesh_names:  # their deflections in m, and rates in m/s, at the end of each common period
+        section, length = found.plain, model.units.length
+        of = {"deflection": length, "deflection_rate": length * model.units.rate}
+        document["meshes"] = {
+            name: {n: (section[f"section_{n}"].values[:, m] * unit).tolist() for n, unit in of.items()}
+            for m, name in enumerate(section["mesh"].values.tolist())}
+    return document
 
 
 def print_section(dataset: xr.Dataset) -> None:
