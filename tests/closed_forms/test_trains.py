@@ -9,6 +9,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
+from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 from tests.closed_forms.linear_gears import loose_train
 
 STEPS = {"levels": [3e8, 2e8], "starts": [0.0, 0.6]}
@@ -132,3 +133,34 @@ def test_results_of_one_motion_do_not_depend_on_others():
                   for torques in ([-0.05, -0.2, -0.08], [-0.08]))
     a, b = (each.flow.advance(each.w, 50, measured=True) for each in (three, one))
     assert np.array_equal(a.w[:, 2], b.w[:, 0]) and np.array_equal(a.measures[:, 2], b.measures[:, 0])
+
+
+@pytest.mark.filterwarnings("ignore:The stiffness of a/b, a Fourier series")
+@pytest.mark.parametrize("form", [
+    3e8, STEPS, {"mean": 3e8, "amplitudes": [5e7, 2e7], "phases": [0.3]}, {"levels": [2e8, 3e8], "starts": [0.2, 0.7]}])
+def test_another_mean_stiffness_keeps_the_form(form):
+    model = as_model(gc.Train(speed=6000.0, meshes=[mesh("a", "b", 24, 36, stiffness=form)], bodies=[
+        gc.Body(name="a", inertia=1e-3, torque=40.0), gc.Body(name="b", inertia=2e-3, torque=-60.0)]))
+    own, twice = (each.train.meshes[0].contacts() for each in (
+        model, model.with_values({"a/b.stiffness": 2 * model.value("a/b.stiffness")})))
+    assert np.array_equal(own.edges, twice.edges)
+    assert twice.stiffness == pytest.approx(2 * own.stiffness, rel=1e-12)
+
+
+def test_a_train_answers_what_a_pair_is_asked():
+    train = gc.Train(speed=6000.0, bodies=[
+        gc.Body(name="a", inertia=1e-3, torque=40.0), gc.Body(name="i", inertia=1e-3),
+        gc.Body(name="b", inertia=2e-3, torque=-60.0)], meshes=[mesh("a", "i", 24, 30), mesh("i", "b", 30, 36)])
+    model, pair = as_model(train), gc.MeshModel.of(zeta=0.04)
+    modes = gc.natural_frequencies(train)
+    assert model.zeta == modes.damping_ratio.values[~modes.rigid.values].min() and pair.zeta == 0.04
+    assert (model.mesh_names, pair.mesh_names) == (("a/i", "i/b"), ())
+    assert model.cycles == train.cycles == {"a/i": 1, "i/b": 1} and pair.cycles == {}
+    assert np.isnan(quasi_static_ratio(train))
+
+
+def test_a_mesh_has_the_contact_ratio_of_a_pair_with_two_levels():
+    pair = gc.GearPair(n1=24, n2=36, I1=1e-3, I2=2e-3, R1=0.024, R2=0.036, c0=2.6e8, k=600.0, backlash=1e-4, M10=40.0,
+                       speed=6000.0, chi1=0.2, chi2=0.1, contact_ratio=1.7)
+    found = gc.Mesh(between=("a", "b"), design=pair, pitch_errors=([0.0] * 23 + [1e-6], []))
+    assert found.contact_ratio == 1.7
