@@ -15,13 +15,26 @@ from tests.oracles.random_trains import SHAPES, random_state, random_train
 
 QUICK = [("chain", 3), ("stages", 1), ("stops", 1), ("supported", 1), ("internal", 0), ("driven", 1), ("driven", 3),
          ("pairs", 0), ("star", 1)]
-"""Shapes and seeds whose states have 4 or 9 dimensions, since each dimension is compiled for itself."""
+"""Shapes and seeds whose states have 4 or 9 dimensions: 4 are compiled by themselves, 9 are followed by the kernel for any
+number."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("shape", "seed"), QUICK)
 def test_random_trains_agree_with_an_independent_integration(shape, seed):
     assert difference(shape, seed) < 1e-11
+
+
+@pytest.mark.slow
+def test_the_kernel_for_any_number_of_coordinates_gives_the_same_bits(monkeypatch):
+    rng = np.random.default_rng([3, SHAPES.index("chain")])
+    problem = initial_value_problems(as_model(random_train("chain", rng)))
+    d, runs = len(problem.w), []
+    for most in (d - 1, d):
+        monkeypatch.setattr("gearchaos.flow.contact_tables.MOST_UNROLLED", most)
+        run = problem.flow.advance(problem.w + 0.7, 5, measured=True, tangent=np.eye(d)[:, :, None], growth=True)
+        runs.append([*(each.tobytes() for each in (run.w, run.tangent, run.growth, run.measures))])
+    assert runs[0] == runs[1]
 
 
 @pytest.mark.exhaustive

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from gearchaos.flow.beside import compile_others
-from gearchaos.flow.contact_tables import prepare_contacts
+from gearchaos.flow.contact_tables import contact_dimensions, prepare_contacts
 from gearchaos.flow.kernels.one_mesh.advance import advance_packs
 from gearchaos.flow.kernels.several.contact_arrays import new_contact_work
 from gearchaos.flow.kernels.several.contact_motion import advance_contact_sets
@@ -305,7 +305,7 @@ class ExactFlow(Generic[System]):
         """Advance the trajectories of a call where there are several contacts, those of a point in turn."""
         with self._lock:
             raise_if_cancelled()
-            dims, points = dimensions(self.dimension, "always"), self._contacts
+            dims, points = contact_dimensions(self.dimension), self._contacts
             order = np.argsort(call.points, kind="stable")
             work = new_contact_work(self.dimension, len(points.mesh), len(points.row), len(call.tangent))
             while advance_contact_sets(dims, points, call, order, self._tables, work, len(call.measures) > 0,
