@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from gearchaos.errors import InputError
-from gearchaos.plot._datasets import described
+from gearchaos.plot._datasets import described, figure_of
 from gearchaos.plot._dynamic_factor import computed_factors, draw_computed
 from gearchaos.plot.axes import draw_legend
 from gearchaos.plot.classes import PALE, SEVERITY_COLOURS
@@ -79,7 +79,9 @@ def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True
         import matplotlib.pyplot as plt
 
         ax = plt.figure(figsize=(6.4, height(found)), layout="constrained").subplots()
-    edges = np.arange(len(torques) + 1) - 0.5 if rows else _between(torques)
+    middle = (torques[1:] + torques[:-1]) / 2
+    edges = np.arange(len(torques) + 1) - 0.5 if rows else np.concatenate(
+        [[2 * torques[0] - middle[0]], middle, [2 * torques[-1] - middle[-1]]])
     top = edges[-1] + (len(torques) > 1) * (1.0 if rows else _STRIP * (edges[-1] - edges[0]))
     ax.set(xlim=found.speeds, ylim=(edges[0], top), xlabel="speed of wheel 1 [rpm]", ylabel="torque at wheel 1 [N m]")
     known: dict[str, Any] = {}
@@ -87,8 +89,7 @@ def assessment(found: Assessment, ax: Axes | None = None, *, legend: bool = True
     for number, each in enumerate(found.at):
         low, high = edges[number : number + 2]
         for window in each.windows:
-            known |= _bar(ax, window, low, high, _BAR if rows else 1.0)
-            events |= _marks(ax, window, low, high, _MARK if rows else 1.0)
+            _draw_window(ax, window, low, high, rows, known, events)
         if rows:
             _margins(ax, each.usable, (low + high) / 2)
     if rows:
@@ -122,12 +123,6 @@ def height(found: Assessment) -> float:
     return min(1.9 + 0.4 * len(found.at), _HIGHEST) if len(found.at) <= MOST_ROWS else _HIGHEST
 
 
-def _between(torques: np.ndarray) -> np.ndarray:
-    """The edges of the areas of torques, half way between them."""
-    middle = (torques[1:] + torques[:-1]) / 2
-    return np.concatenate([[2 * torques[0] - middle[0]], middle, [2 * torques[-1] - middle[-1]]])
-
-
 def meaning(window: Window) -> tuple[str, str]:
     """What happens in a range to avoid, as the legend has it, and its colour on a light background."""
     return window.severity, SEVERITY_COLOURS[window.severity]
@@ -139,31 +134,27 @@ def bar(window: Window, speeds: tuple[float, float]) -> tuple[float, float]:
     return low, max(high, low + _NARROWEST * (speeds[1] - speeds[0]))
 
 
-def _bar(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Patch]:
-    """Draw a range to avoid, and return its legend handles by label."""
+def _draw_window(ax: Axes, window: Window, low: float, high: float, rows: bool, known: dict[str, Any],
+                 events: dict[str, Any]) -> None:
+    """Draw a range to avoid between two heights, mark its edges by their events, and add the legend handles by label.
+    """
     words, plain = meaning(window)
-    colour, margin = adapt(plain), (1 - share) / 2 * (high - low)
+    colour = adapt(plain)
+    margin, beside = ((1 - (share if rows else 1.0)) / 2 * (high - low) for share in (_BAR, _MARK))
     pale: dict[str, Any] = {"alpha": PALE, "hatch": "////", "edgecolor": adapt("0.3"), "linewidth": 0}
     start, stop = bar(window, ax.get_xlim())
-    style = {"facecolor": colour, "linewidth": 0, **({} if window.operation else pale)}
+    style: dict[str, Any] = {"facecolor": colour, "linewidth": 0, **({} if window.operation else pale)}
     ax.broken_barh([(start, stop - start)], (low + margin, high - low - 2 * margin), zorder=2, **style)
-    found = {words: Patch(facecolor=colour, label=words)}
-    return found | ({} if window.operation else {
-        AFTER_A_LOAD_CHANGE: Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": AFTER_A_LOAD_CHANGE})})
-
-
-def _marks(ax: Axes, window: Window, low: float, high: float, share: float) -> dict[str, Line2D]:
-    """Mark the edges of a range by their events, and return the legend handles by label."""
-    margin, found = (1 - share) / 2 * (high - low), dict[str, Line2D]()
+    known[words] = Patch(facecolor=colour, label=words)
+    if not window.operation:
+        known[AFTER_A_LOAD_CHANGE] = Patch(**{**pale, "facecolor": "none", "alpha": 1, "label": AFTER_A_LOAD_CHANGE})
     for speed, kind, end in ((window.start, window.begins_with, window.from_scan_start),
                              (window.stop, window.ends_with, window.to_scan_end)):
-        if end:
-            continue
-        label = event_words(kind) if kind else "no event"
-        style: dict[str, Any] = {"color": adapt(EVENT_COLOURS.get(kind, INK) if kind else _NO_EVENT), "linewidth": 1.8}
-        ax.plot([speed, speed], [low + margin, high - margin], zorder=3, solid_capstyle="butt", **style)
-        found[label] = Line2D([], [], label=label, **style)
-    return found
+        if not end:
+            label = event_words(kind) if kind else "no event"
+            style = {"color": adapt(EVENT_COLOURS.get(kind, INK) if kind else _NO_EVENT), "linewidth": 1.8}
+            ax.plot([speed, speed], [low + beside, high - beside], zorder=3, solid_capstyle="butt", **style)
+            events[label] = Line2D([], [], label=label, **style)
 
 
 def _usable_at_all(ax: Axes, found: Assessment, low: float, high: float, rows: bool) -> None:
@@ -182,9 +173,7 @@ def _usable_at_all(ax: Axes, found: Assessment, low: float, high: float, rows: b
 def _margins(ax: Axes, usable: list[Any], height: float) -> None:
     """Write the margins of usable ranges where there is room."""
     speeds = ax.get_xlim()
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    least = _MARGIN_WIDTH * (speeds[1] - speeds[0]) / (0.85 * figure.get_figwidth())
+    least = _MARGIN_WIDTH * (speeds[1] - speeds[0]) / (0.85 * figure_of(ax).get_figwidth())
     for part in usable:
         if part.stop - part.start >= least:
             ax.text((part.start + part.stop) / 2, height, part.margin_words, ha="center", va="center",

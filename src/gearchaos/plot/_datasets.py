@@ -169,7 +169,7 @@ def keeps_data(draw: Callable[P, Drawn]) -> Callable[P, Drawn]:
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Drawn:
         artist = draw(*args, **kwargs)
-        figure, dataset = _figure(artist), args[0] if args else kwargs["ds"]
+        figure, dataset = figure_of(artist), args[0] if args else kwargs["ds"]
         known = _DATASETS.setdefault(figure, [])
         _SETTINGS.setdefault(figure, {n: rcParams[n] for n in _SAVING if rcParams[n] != rcParamsDefault[n]})
         if isinstance(dataset, xr.Dataset) and not any(dataset is other for other in known):
@@ -179,7 +179,7 @@ def keeps_data(draw: Callable[P, Drawn]) -> Callable[P, Drawn]:
     return drawn
 
 
-def _figure(shown: Axes | Figure) -> Figure:
+def figure_of(shown: Axes | Figure) -> Figure:
     """The whole figure to which an Axes or a part of a figure belongs."""
     figure = shown.get_figure(root=True)
     assert isinstance(figure, Figure)
@@ -223,7 +223,7 @@ def save_with_data(shown: Axes | Figure, path: str | os.PathLike[str]) -> list[P
     """
     if not isinstance(shown, (Axes, Figure)):
         raise InputError("shown", "must be an Axes or a Figure", f"a {type(shown).__name__}")
-    target, figure = Path(path), _figure(shown)
+    target, figure = Path(path), figure_of(shown)
     if target.suffix.lower() not in _SUFFIXES:
         raise InputError("path", f"must end in {', '.join(_SUFFIXES)}", str(target))
     datasets = _DATASETS.get(figure, [])

@@ -150,8 +150,10 @@ def harris_map(gears: GearPair | GearDesign, torques: Sequence[float | str] | No
     3
     """
     check_gears(gears)
-    given = [share * own_torque(gears) for share in _SHARES] if torques is None else _listed(torques)
-    moments = [to_si(f"torques[{i}]", torque, TORQUE, POSITIVE) for i, torque in enumerate(given)]
+    given = [share * own_torque(gears) for share in _SHARES] if torques is None else torques
+    if isinstance(given, (str, bytes)) or not isinstance(given, Iterable) or not (listed := list(given)):
+        raise InputError("torques", "must be a list of torques at wheel 1", given, "E.g. [100, 200, '300 N*m'].")
+    moments = [to_si(f"torques[{i}]", torque, TORQUE, POSITIVE) for i, torque in enumerate(listed)]
     position = np.arange(_POSITIONS) / _POSITIONS  # without the end, where the stiffness may jump
     curves = [_UM * loaded_error(gears, torque, position) for torque in moments]
     ax, own, handles = new_axes(ax), gears.M10 if isinstance(gears, GearPair) else gears.torque, []
@@ -168,13 +170,6 @@ def harris_map(gears: GearPair | GearDesign, torques: Sequence[float | str] | No
     if legend:
         draw_legend(ax, handles, title="torque at wheel 1, and the variation from peak to peak")
     return ax
-
-
-def _listed(torques: Any) -> list[Any]:
-    """Torques as a list; raises `InputError` for anything else, or an empty one."""
-    if isinstance(torques, (str, bytes)) or not isinstance(torques, Iterable) or not (found := list(torques)):
-        raise InputError("torques", "must be a list of torques at wheel 1", torques, "E.g. [100, 200, '300 N*m'].")
-    return found
 
 
 def transmission_error(design: GearDesign, ax: Axes | None = None) -> Axes:

@@ -122,7 +122,17 @@ def _close_up(ax: Axes, section: TransverseSection, teeth: float) -> None:
         outline = _MM * (section.outline(wheel, range(-count, count + 1)) if near else section.outline(wheel))
         _fill(ax, np.vstack([outline, centre]) if near else outline, wheel)
     _circles(ax, section, middle, size)
-    _line_of_action(ax, section, path)
+    ends = _ends(section, 0.0, section.geometry.tangent_length)
+    ax.plot(*ends.T, zorder=3, **adapt_style(_STYLES["line of action"]))
+    ax.plot(*path.T, zorder=4, **adapt_style(_STYLES["path of contact"]))
+    ax.plot(*_ends(section, *section.contacts).T, "o", color=adapt(STROBE), markeredgecolor=adapt(BACKGROUND),
+            markeredgewidth=0.8, markersize=6, zorder=6)
+    pitch_point = _MM * section.pitch_point
+    ax.plot(*pitch_point, "o", color=adapt(BACKGROUND), markeredgecolor=adapt(INK), markersize=4, zorder=5)
+    for name, point, offset in (("A", path[0], (-9, -4)), ("E", path[1], (9, 4)), ("C", pitch_point, (4, -11))):
+        ax.annotate(name, tuple(point), offset, textcoords="offset points", ha="center", va="center", fontsize="small",
+                    zorder=7, bbox={"boxstyle": "round,pad=0.12", "facecolor": adapt(BACKGROUND), "edgecolor": "none",
+                                    "alpha": 0.85})
     ax.set(xlim=(middle[0] - size[0], middle[0] + size[0]), ylim=(middle[1] - size[1], middle[1] + size[1]),
            xlabel="mm", ylabel="mm")
     ax.set_aspect("equal")
@@ -151,26 +161,25 @@ def _circles(ax: Axes, section: TransverseSection, middle: np.ndarray, size: np.
     ax.axvline(0, zorder=1.5, **adapt_style(_CENTRE_LINE))
 
 
-def _line_of_action(ax: Axes, section: TransverseSection, path: np.ndarray) -> None:
-    """Draw the line of action between the base circles and, with its ends, (2, 2) in mm, the path of contact."""
-    ends = _ends(section, 0.0, section.geometry.tangent_length)
-    ax.plot(*ends.T, zorder=3, **adapt_style(_STYLES["line of action"]))
-    ax.plot(*path.T, zorder=4, **adapt_style(_STYLES["path of contact"]))
-    ax.plot(*_ends(section, *section.contacts).T, "o", color=adapt(STROBE), markeredgecolor=adapt(BACKGROUND),
-            markeredgewidth=0.8, markersize=6, zorder=6)
-    pitch_point = _MM * section.pitch_point
-    ax.plot(*pitch_point, "o", color=adapt(BACKGROUND), markeredgecolor=adapt(INK), markersize=4, zorder=5)
-    for name, point, offset in (("A", path[0], (-9, -4)), ("E", path[1], (9, 4)), ("C", pitch_point, (4, -11))):
-        ax.annotate(name, tuple(point), offset, textcoords="offset points", ha="center", va="center", fontsize="small",
-                    zorder=7, bbox={"boxstyle": "round,pad=0.12", "facecolor": adapt(BACKGROUND), "edgecolor": "none",
-                                    "alpha": 0.85})
-
-
 def _whole_pair(ax: Axes, section: TransverseSection) -> None:
     """Draw both wheels with their centres, sense of rotation and line of action."""
     geometry = section.geometry
     for wheel in (0, 1):
-        _wheel(ax, section, wheel)
+        centre, radius = _MM * section.centres[wheel], _MM * geometry.working_diameter[wheel] / 2
+        circle = np.linspace(0, 2 * math.pi, 361)  # in place of more teeth than can be seen
+        disc = centre + radius * np.column_stack([np.cos(circle), np.sin(circle)])
+        fine = geometry.teeth[wheel] > _MOST_TEETH
+        _fill(ax, disc if fine else _MM * section.outline(wheel, detail=0.5), wheel, linewidth=0.6)
+        small = geometry.tip_diameter[wheel] < _SMALL * max(geometry.tip_diameter)
+        distance, start, end = (1.6, -40, 15) if small else (0.62, -25, 25)  # the arrow of a small wheel is outside it
+        turn = np.radians(180 + (-1, 1)[wheel] * np.linspace(start, end, 30))
+        x, y = centre[:, None] + distance * radius * np.array([np.cos(turn), np.sin(turn)])
+        ax.plot(x[:-1], y[:-1], color=adapt(INK), linewidth=0.8)
+        ax.annotate("", (x[-1], y[-1]), (x[-3], y[-3]),
+                    arrowprops={"arrowstyle": "-|>", "color": adapt(INK), "lw": 0.8, "shrinkA": 0, "shrinkB": 0})
+        beside = centre[0] + small * _MM * geometry.tip_diameter[wheel] / 2
+        ax.annotate(str(wheel + 1), (beside, centre[1]), (7, 0), textcoords="offset points", ha="left", va="center",
+                    fontsize="small")
     ends, path = _ends(section, 0.0, geometry.tangent_length), _ends(section, section.start, section.end)
     ax.plot(*ends.T, **adapt_style({**_STYLES["line of action"], "linestyle": "-"}))
     ax.plot(*path.T, **adapt_style(_STYLES["path of contact"]))
@@ -185,23 +194,3 @@ def _whole_pair(ax: Axes, section: TransverseSection) -> None:
     teeth = " and ".join(map(str, geometry.teeth))
     ax.text(0.5, -0.02, f"{teeth} teeth\n$a$ = {_MM * geometry.centre_distance:.6g} mm", transform=ax.transAxes,
             ha="center", va="top", fontsize="small")
-
-
-def _wheel(ax: Axes, section: TransverseSection, wheel: int) -> None:
-    """Draw a whole wheel, as a disc if it has more teeth than can be seen, with an arrow for its rotation."""
-    geometry, centre = section.geometry, _MM * section.centres[wheel]
-    radius = _MM * geometry.working_diameter[wheel] / 2
-    circle = np.linspace(0, 2 * math.pi, 361)
-    disc = centre + radius * np.column_stack([np.cos(circle), np.sin(circle)])
-    fine = geometry.teeth[wheel] > _MOST_TEETH
-    _fill(ax, disc if fine else _MM * section.outline(wheel, detail=0.5), wheel, linewidth=0.6)
-    small = geometry.tip_diameter[wheel] < _SMALL * max(geometry.tip_diameter)
-    distance, start, end = (1.6, -40, 15) if small else (0.62, -25, 25)  # the arrow of a small wheel is outside it
-    turn = np.radians(180 + (-1, 1)[wheel] * np.linspace(start, end, 30))
-    x, y = centre[:, None] + distance * radius * np.array([np.cos(turn), np.sin(turn)])
-    ax.plot(x[:-1], y[:-1], color=adapt(INK), linewidth=0.8)
-    ax.annotate("", (x[-1], y[-1]), (x[-3], y[-3]),
-                arrowprops={"arrowstyle": "-|>", "color": adapt(INK), "lw": 0.8, "shrinkA": 0, "shrinkB": 0})
-    beside = centre[0] + small * _MM * geometry.tip_diameter[wheel] / 2
-    ax.annotate(str(wheel + 1), (beside, centre[1]), (7, 0), textcoords="offset points", ha="left", va="center",
-                fontsize="small")

@@ -10,7 +10,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.operation.operating import AnyModel, as_model
-from gearchaos.model import MeshModel, Stiffness, mesh_stiffness
+from gearchaos.model import MeshModel, mesh_stiffness
 from gearchaos.model import backlash as backlash_function
 from gearchaos.plot._datasets import check_positive
 from gearchaos.plot.axes import new_axes
@@ -58,7 +58,17 @@ def schematic(ax: Axes | None = None) -> Axes:
     ax.set_aspect("equal")
     for n in (1, 2):
         _wheel(ax, n)
-        _support(ax, n)
+        (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
+        near, far = y + side * (r + 0.3), y + side * (r + 1.7)
+        ax.plot([x, x], [y, near], **adapt_style(_LINE))
+        ax.plot([x - 0.5, x + 0.5], [near, near], **adapt_style(_LINE))
+        _spring(ax, x - 0.5, near, far)
+        _damper(ax, x + 0.5, near, far)
+        ax.plot([x - 1.0, x + 1.0], [far, far], **adapt_style(_LINE))
+        for offset in np.linspace(-0.9, 1.0, 9):
+            ax.plot([x + offset, x + offset - 0.18], [far, far + side * 0.22], **adapt_style(_THIN_LINE))
+        ax.text(x - 0.85, (near + far) / 2, f"$c_{n}$", ha="right", va="center")
+        ax.text(x + 0.85, (near + far) / 2, f"$k_{n}$", ha="left", va="center")
     _mesh(ax)
     ax.set(xlim=(-4.6, 5.2), ylim=(-7.0, 7.5))
     height = ax.get_window_extent().height / ax.figure.dpi
@@ -101,21 +111,6 @@ def _arc_arrow(
             ha="center", va="center")
 
 
-def _support(ax: Axes, n: int) -> None:
-    """Draw the spring and damper between the centre of a wheel and the ground."""
-    (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
-    near, far = y + side * (r + 0.3), y + side * (r + 1.7)
-    ax.plot([x, x], [y, near], **adapt_style(_LINE))
-    ax.plot([x - 0.5, x + 0.5], [near, near], **adapt_style(_LINE))
-    _spring(ax, x - 0.5, near, far)
-    _damper(ax, x + 0.5, near, far)
-    ax.plot([x - 1.0, x + 1.0], [far, far], **adapt_style(_LINE))
-    for offset in np.linspace(-0.9, 1.0, 9):
-        ax.plot([x + offset, x + offset - 0.18], [far, far + side * 0.22], **adapt_style(_THIN_LINE))
-    ax.text(x - 0.85, (near + far) / 2, f"$c_{n}$", ha="right", va="center")
-    ax.text(x + 0.85, (near + far) / 2, f"$k_{n}$", ha="left", va="center")
-
-
 def _mesh(ax: Axes) -> None:
     """Draw the elements on the line of action, from the rim of wheel 1 up to that of wheel 2."""
     low, high, middle = -_HALF + _R1 - 0.1, _HALF - _R2 + 0.15, -0.95
@@ -129,7 +124,19 @@ def _mesh(ax: Axes) -> None:
     for y in (middle, high):
         ax.plot([-0.5, 0.5], [y, y], **adapt_style(_LINE))
     _spring(ax, -0.5, middle, middle + 1.2, coils=4)
-    _backlash_gap(ax, -0.5, middle + 1.2, high)
+    # the backlash: a plate that moves freely between two stops
+    x, start = -0.5, middle + 1.2
+    bottom, top, half = start + 0.14, high - 0.14, 0.28
+    plate = (bottom + top) / 2
+    ax.plot([x, x], [start, plate], **adapt_style(_LINE))
+    ax.plot([x - 0.16, x + 0.16], [plate, plate], color=adapt(STROBE), linewidth=1.6)
+    ax.plot([x - 0.07, x - half, x - half, x + half, x + half, x + 0.07], [bottom, bottom, top, top, bottom, bottom],
+            **adapt_style(_LINE))
+    ax.plot([x, x], [top, high], **adapt_style(_LINE))
+    for y in (bottom, top):
+        ax.plot([x - half - 0.32, x - half - 0.06], [y, y], **adapt_style(_THIN_LINE))
+    ax.annotate("", (x - half - 0.2, bottom), (x - half - 0.2, top),
+                arrowprops={"arrowstyle": "<->", "color": adapt("black"), "lw": 0.6, "shrinkA": 0, "shrinkB": 0})
     _damper(ax, 0.5, middle, high)
     ax.text(-0.85, middle + 0.6, "$c(t)$", ha="right", va="center")
     ax.text(-1.16, (middle + 1.2 + high) / 2, r"$2\Delta$", ha="right", va="center")
@@ -154,21 +161,6 @@ def _damper(ax: Axes, x: float, start: float, end: float) -> None:
     ax.plot([x - 0.2, x - 0.2, x + 0.2, x + 0.2], [b, a, a, b], **adapt_style(_LINE))
     ax.plot([x - 0.13, x + 0.13], [piston, piston], **adapt_style(_LINE))
     ax.plot([x, x], [piston, end], **adapt_style(_LINE))
-
-
-def _backlash_gap(ax: Axes, x: float, start: float, end: float) -> None:
-    """Draw the backlash: a plate that moves freely between two stops."""
-    bottom, top, half = start + 0.14, end - 0.14, 0.28
-    plate = (bottom + top) / 2
-    ax.plot([x, x], [start, plate], **adapt_style(_LINE))
-    ax.plot([x - 0.16, x + 0.16], [plate, plate], color=adapt(STROBE), linewidth=1.6)
-    ax.plot([x - 0.07, x - half, x - half, x + half, x + half, x + 0.07], [bottom, bottom, top, top, bottom, bottom],
-            **adapt_style(_LINE))
-    ax.plot([x, x], [top, end], **adapt_style(_LINE))
-    for y in (bottom, top):
-        ax.plot([x - half - 0.32, x - half - 0.06], [y, y], **adapt_style(_THIN_LINE))
-    ax.annotate("", (x - half - 0.2, bottom), (x - half - 0.2, top),
-                arrowprops={"arrowstyle": "<->", "color": adapt("black"), "lw": 0.6, "shrinkA": 0, "shrinkB": 0})
 
 
 _MAX_PERIODS = 1000
@@ -210,28 +202,23 @@ def stiffness(model: AnyModel | None = None, ax: Axes | None = None, *, periods:
         t = np.linspace(0, periods, 400 * periods + 1)
         ax.plot(t, mesh_stiffness(model, t * model.period), color=adapt(INK), linewidth=1.4)
     else:
-        _steps(model.stiffness, ax, periods)
+        starts, levels = zip(*model.stiffness.parts(model.stiffness.numbers()), strict=True)
+        first = -1 if starts[0] > 0 else 0  # in each period the last level also comes before the first start
+        edges = np.concatenate(
+            [[k + start for start in starts] for k in range(first, periods)] + [[periods + starts[0]]])
+        ax.stairs(np.tile(levels, periods - first), edges, baseline=None, color=adapt(INK), linewidth=1.4)
+        if marks := model.stiffness.part_marks:  # the names of the levels and of their durations
+            low, high = min(levels), max(levels)
+            ax.set_ylim(low - 0.35, high + 0.3)
+            for (duration, _), start, end in zip(marks, starts, (*starts[1:], 1), strict=True):
+                _dimension_line(ax, start, end, low - 0.13, duration)
+            _dimension_line(ax, 0, 1, low - 0.27, "$T$")
+            for (_, name), level in zip(marks, levels, strict=True):
+                ax.annotate(name, (1, level), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+                            va="center", annotation_clip=False)
     ax.axhline(1, zorder=0, **adapt_style(_REFERENCE_LINE))
     ax.set(xlabel="time $t/T$", ylabel="mesh stiffness $c(t)/c_0$", xlim=(0, periods))
     return ax
-
-
-def _steps(wave: Stiffness, ax: Axes, periods: int) -> None:
-    """Draw a stiffness in steps, with the names of its levels and of their durations if it has some."""
-    starts, levels = zip(*wave.parts(wave.numbers()), strict=True)
-    first = -1 if starts[0] > 0 else 0  # in each period the last level also comes before the first start
-    edges = np.concatenate([[k + start for start in starts] for k in range(first, periods)] + [[periods + starts[0]]])
-    ax.stairs(np.tile(levels, periods - first), edges, baseline=None, color=adapt(INK), linewidth=1.4)
-    if not wave.part_marks:
-        return
-    low, high = min(levels), max(levels)
-    ax.set_ylim(low - 0.35, high + 0.3)
-    for (duration, _), start, end in zip(wave.part_marks, starts, (*starts[1:], 1), strict=True):
-        _dimension_line(ax, start, end, low - 0.13, duration)
-    _dimension_line(ax, 0, 1, low - 0.27, "$T$")
-    for (_, name), level in zip(wave.part_marks, levels, strict=True):
-        ax.annotate(name, (1, level), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
-                    va="center", annotation_clip=False)
 
 
 def _dimension_line(ax: Axes, start: float, end: float, y: float, name: str) -> None:

@@ -68,8 +68,11 @@ def campbell(ds: xr.Dataset, ax: Axes | None = None, *, speed: float | None = No
     found = ds["natural_frequency"].values[~ds["rigid"].values]
     if not found.size:
         raise InputError("dataset", "must have a mode that deflects something", "none")
-    rays = [(k, n * order, n) for k, (order, is_mesh) in enumerate(_orders(ds).items())
-            for n in range(1, (count if is_mesh else 1) + 1)]
+    excitations: dict[float, list[str]] = {}  # by their order
+    for name, order in zip(ds["excitation"].values.tolist(), ds["order"].values.tolist(), strict=True):
+        excitations.setdefault(order, []).append(name)
+    rays = [(k, n * order, n) for k, (order, names) in enumerate(excitations.items())
+            for n in range(1, (count if any(name.startswith("mesh ") for name in names) else 1) + 1)]
     reached = max(order for _, order, _ in rays) * fastest / 60
     highest = 1.06 * min(found.max(), max(1.06 * reached, found.min()))
     ax.set(xlim=(0, fastest), ylim=(0, highest), xlabel="speed of the first body [rpm]", ylabel="frequency [Hz]")
@@ -89,28 +92,11 @@ def campbell(ds: xr.Dataset, ax: Axes | None = None, *, speed: float | None = No
                         va="bottom" if end == fastest else "top", textcoords="offset points", color=colour,
                         fontsize=0.8 * rcParams["font.size"])
     _write_frequencies(ax, found[found <= highest], fastest)
-    named = _names(ds)
-    draw_legend(ax, [Line2D([], [], color=adapt(_COLOURS[k % len(_COLOURS)]), linewidth=0.9, label=named[order])
-                     for k, order in enumerate(_orders(ds))] + [
+    draw_legend(ax, [*(Line2D([], [], color=adapt(_COLOURS[k % len(_COLOURS)]), linewidth=0.9, label=(
+        f"{order:.5g}: {names[0]}" + (f" and {len(names) - 1} more" if len(names) > 1 else "")))
+        for k, (order, names) in enumerate(excitations.items())),
         Line2D([], [], color=adapt(INK), linewidth=0.9, label="natural frequency")])
     return ax
-
-
-def _orders(ds: xr.Dataset) -> dict[float, bool]:
-    """The different orders of excitations, and whether a mesh has it, which has harmonics of it."""
-    out: dict[float, bool] = {}
-    for name, order in zip(ds["excitation"].values.tolist(), ds["order"].values.tolist(), strict=True):
-        out[order] = out.get(order, False) or name.startswith("mesh ")
-    return out
-
-
-def _names(ds: xr.Dataset) -> dict[float, str]:
-    """What has each order, for a legend."""
-    out: dict[float, list[str]] = {}
-    for name, order in zip(ds["excitation"].values.tolist(), ds["order"].values.tolist(), strict=True):
-        out.setdefault(order, []).append(name)
-    return {order: f"{order:.5g}: {names[0]}" + (f" and {len(names) - 1} more" if len(names) > 1 else "")
-            for order, names in out.items()}
 
 
 def _write_frequencies(ax: Axes, found: np.ndarray, right: float) -> None:
@@ -171,7 +157,10 @@ def modes(ds: xr.Dataset, ax: Axes | None = None, *, most: int = 16) -> Axes:
     centres = [*range(bodies), *range(bodies + 1, bodies + 1 + elements)]
     ax.set_xticks(np.array(centres) + 0.5, [*shown["body"].values.tolist(), *shown["element"].values.tolist()],
                   rotation=90, fontsize="small")
-    ax.set_yticks(np.arange(len(share)) + 0.5, [_row_name(shown, i) for i in range(len(share))], fontsize="small")
+    rows = zip(*(shown[name].values for name in ("rigid", "natural_frequency", "damping_ratio")), strict=True)
+    ax.set_yticks(np.arange(len(share)) + 0.5, [
+        "turning as a whole" if rigid else f"{frequency:.0f} Hz, ζ {100 * damping:.2g} %"
+        for rigid, frequency, damping in rows], fontsize="small")
     ax.tick_params(length=0)
     for side in ax.spines.values():
         side.set_visible(False)
@@ -180,13 +169,6 @@ def modes(ds: xr.Dataset, ax: Axes | None = None, *, most: int = 16) -> Axes:
         ax.text(first + count / 2, -0.2, name, ha="center", va="bottom", fontsize="small")
     _write_shares(ax, shown, share, centres)
     return ax
-
-
-def _row_name(ds: xr.Dataset, i: int) -> str:
-    """Frequency and damping ratio of a mode."""
-    if ds["rigid"].values[i]:
-        return "turning as a whole"
-    return f"{ds['natural_frequency'].values[i]:.0f} Hz, ζ {100 * ds['damping_ratio'].values[i]:.2g} %"
 
 
 def _write_shares(ax: Axes, ds: xr.Dataset, share: np.ndarray, columns: list[int]) -> None:

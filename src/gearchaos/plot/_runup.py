@@ -89,9 +89,7 @@ def runup(ds: xr.Dataset, figure: Figure | None = None, *, against: xr.Dataset |
     handles = [Line2D([], [], color=adapt(WAYS[w][0]), linestyle=WAYS[w][1], label=WAYS[w][2]) for w in known]
     if ds.sizes["jump"]:
         handles.append(Line2D([], [], marker="o", linestyle="none", color=adapt(INK), label="after a jump"))
-    handles += _draw_events(above, ds)
-    if "torque" in ds:
-        handles.append(_draw_torque(above, ds))
+    handles += _draw_beside(above, ds)
     handles += [Line2D([], [], linestyle="none", label=words) for words in words_beside(ds, shown)]
     draw_legend(above, handles, ncols=2)
     if measured is not None:
@@ -101,25 +99,24 @@ def runup(ds: xr.Dataset, figure: Figure | None = None, *, against: xr.Dataset |
     return figure
 
 
-def _draw_events(ax: Axes, ds: xr.Dataset) -> list[Line2D]:
-    """Draw the events that end branches before jumps as vertical lines, and return what stands for each kind."""
-    if "event_speed" not in ds:
-        return []
-    located = ds.isel(jump=np.isfinite(ds["event_speed"].values))
-    lines = {}
-    for kind, speed in zip(located["event_kind"].values.tolist(), located["event_speed"].values.tolist(), strict=True):
-        lines[kind] = ax.axvline(speed, color=adapt(EVENT_COLOURS.get(kind, INK)), linestyle=":", linewidth=1.2,
-                                 label=event_words(kind))
-    return [*lines.values()]
+def _draw_beside(ax: Axes, ds: xr.Dataset) -> list[Line2D]:
+    """Draw the events that end branches before jumps as vertical lines, and a torque on an axis of its own.
 
-
-def _draw_torque(ax: Axes, ds: xr.Dataset) -> Line2D:
-    """Draw the torque of each direction over the speed on an axis of its own, and return what stands for it."""
-    beside = ax.twinx()
-    for way, torque in zip(ds["direction"].values.tolist(), ds["torque"].values, strict=True):
-        beside.plot(ds["speed"], torque, color=adapt(_GREY), linestyle=WAYS[way][1], linewidth=0.8)
-    beside.set_ylabel(axis_label(ds["torque"], "torque"))
-    return Line2D([], [], color=adapt(_GREY), linewidth=0.8, label="torque")
+    Returns the legend handles: one for each kind of event, one for the torque.
+    """
+    handles = {}
+    if "event_speed" in ds:
+        located = ds.isel(jump=np.isfinite(ds["event_speed"].values))
+        for kind, speed in zip(*(located[name].values.tolist() for name in ("event_kind", "event_speed")), strict=True):
+            handles[kind] = ax.axvline(speed, color=adapt(EVENT_COLOURS.get(kind, INK)), linestyle=":", linewidth=1.2,
+                                       label=event_words(kind))
+    if "torque" in ds:
+        beside = ax.twinx()
+        for way, torque in zip(ds["direction"].values.tolist(), ds["torque"].values, strict=True):
+            beside.plot(ds["speed"], torque, color=adapt(_GREY), linestyle=WAYS[way][1], linewidth=0.8)
+        beside.set_ylabel(axis_label(ds["torque"], "torque"))
+        handles["torque"] = Line2D([], [], color=adapt(_GREY), linewidth=0.8, label="torque")
+    return [*handles.values()]
 
 
 def _order_cuts(ax: Axes, ds: xr.Dataset, measured: xr.Dataset) -> None:

@@ -60,18 +60,13 @@ def scatter(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     known = bool(np.isfinite(ds["total_index"].sel(output=OUTPUTS[0])).any())
     figure = figure or plt.figure(figsize=(6.4, 6.0 if known else 3.4), layout="constrained")
     above, *below = figure.subplots(1 + known, 1, squeeze=False)[:, 0]
-    colours = _colours(ds.sizes["torque"])
+    count = ds.sizes["torque"]  # from light to dark loads
+    colours = [adapt(each) for each in (INK, STROBE)[:count]] if count <= 2 else [
+        adapt(to_hex(colormaps["plasma"](share))) for share in np.linspace(0.0, 0.8, count)]
     _draw_probabilities(above, ds.sel(outcome=OUTCOMES[0]), along, colours)
     for ax in below:
         _draw_indices(ax, ds.sel(output=OUTPUTS[0]), colours)
     return figure
-
-
-def _colours(count: int) -> list[str]:
-    """A colour for each torque, from light to dark loads."""
-    if count <= 2:
-        return [adapt(each) for each in (INK, STROBE)[:count]]
-    return [adapt(to_hex(colormaps["plasma"](share))) for share in np.linspace(0.0, 0.8, count)]
 
 
 def _draw_probabilities(ax: Axes, ds: xr.Dataset, along: str, colours: list[str]) -> None:

@@ -48,7 +48,9 @@ class _Scheme:
         self.centres: dict[str, tuple[float, float]] = {}
         self.common = {name: body.carrier for body in train.bodies if body.carrier for name in self._around(body)}
         self._place(train.bodies[0].name, (0.0, 0.0))
-        while left := [link for link in self._links() if len({name in self.centres for name in link[1]}) == 2]:
+        shafts = [(None, shaft.between) for shaft in train.shafts if GROUND not in shaft.between]
+        links: list[tuple[Mesh | None, tuple[str, str]]] = [*((mesh, mesh.between) for mesh in train.meshes), *shafts]
+        while left := [link for link in links if len({name in self.centres for name in link[1]}) == 2]:
             self._attach(*left[0])
 
     def of_mesh(self, mesh: Mesh) -> tuple[float, float]:
@@ -63,10 +65,6 @@ class _Scheme:
         for mesh in self.train.meshes:
             if planet.name in mesh.between:
                 yield from (name for name in mesh.between if self.train.body(name).carrier is None)
-
-    def _links(self) -> list[tuple[Mesh | None, tuple[str, str]]]:
-        shafts = [(None, shaft.between) for shaft in self.train.shafts if GROUND not in shaft.between]
-        return [*((mesh, mesh.between) for mesh in self.train.meshes), *shafts]
 
     def radius(self, name: str) -> float:
         """Of the largest wheel of a body."""
@@ -103,9 +101,16 @@ class _Scheme:
         x, y = self.centres[known]
         places = [(x + distance * math.cos(math.radians(angle)), y + distance * math.sin(math.radians(angle)))
                   for angle in _DIRECTIONS]
-        inside = mesh is not None and mesh.internal
-        free = [place for place in places if inside or self._is_free(place, self.extent(name), known)]
-        self._place(name, min(free or places, key=lambda place: round(self._size(place, self.extent(name)), 9)))
+        inside, radius, beside = mesh is not None and mesh.internal, self.extent(name), self.on_axis(known)
+        free = [place for place in places if inside or all(
+            math.dist(place, centre) > radius + self.extent(other) + _APART * self.unit
+            for other, centre in self.centres.items() if other not in beside)]
+
+        def size(place: tuple[float, float]) -> float:
+            low, high = self.limits((place, radius))
+            return round(max(high[0] - low[0], _FLAT * (high[1] - low[1])), 9)
+
+        self._place(name, min(free or places, key=size))
 
     def on_axis(self, name: str) -> list[str]:
         """The body and those on the axis of the carrier that is on its axis."""
@@ -117,16 +122,6 @@ class _Scheme:
         planets = [self.orbit(body) + self.radius(body.name) for body in self.train.bodies
                    if body.carrier and body.carrier == self.common.get(name)]
         return max([*planets, *map(self.radius, self.on_axis(name))])
-
-    def _is_free(self, place: tuple[float, float], radius: float, known: str) -> bool:
-        return all(math.dist(place, centre) > radius + self.extent(name) + _APART * self.unit for name, centre in
-                   self.centres.items() if name not in self.on_axis(known))
-
-    def _size(self, place: tuple[float, float], radius: float) -> float:
-        """Of the picture with a circle at a place."""
-        low, high = self.limits((place, radius))
-        width, height = high - low
-        return max(width, _FLAT * height)
 
     def limits(self, *more: tuple[tuple[float, float], float]) -> tuple[np.ndarray, np.ndarray]:
         """The lower left and the upper right corner of all circles."""
@@ -193,9 +188,26 @@ def train(train: Train, ax: Axes | None = None) -> Axes:
         _draw_body(ax, scheme, body, scale)
     for shaft in train.shafts:
         if GROUND not in shaft.between:
-            _draw_shaft(ax, scheme, shaft.between, shaft.name if shaft.name != "-".join(shaft.between) else "")
+            one, other, along = _towards(scheme, *shaft.between)
+            start, end = one + along * scheme.reach(shaft.between[0]), other - along * scheme.reach(shaft.between[1])
+            across = np.array([-along[1], along[0]]) * 0.06 * scheme.unit
+            for line in (across, -across):
+                ax.plot(*zip(start + line, end + line, strict=True), color=adapt(INK), linewidth=1.1, zorder=0.8)
+            _write_name(ax, (start + end) / 2, shaft.name if shaft.name != "-".join(shaft.between) else "", "black")
     for mesh in train.meshes:
-        _draw_mesh(ax, scheme, mesh)
+        one, other, along = _towards(scheme, *mesh.between)
+        a, b = scheme.of_mesh(mesh)
+        start, end = one + along * a, other - along * b
+        if mesh.internal:  # both touch on the same side
+            start = end = one + along * a if a > b else one - along * a
+        if np.linalg.norm(end - start) > 1e-6 * scheme.unit:
+            ax.plot(*zip(start, end, strict=True), color=adapt(STROBE), linewidth=1.2, linestyle=(0, (1, 1.5)),
+                    zorder=2)  # the loop does not close in the plane
+        else:
+            across = np.array([-along[1], along[0]]) * 0.16 * scheme.unit
+            ax.plot(*zip(start - across, start + across, strict=True), color=adapt(STROBE), linewidth=2.2, zorder=3,
+                    solid_capstyle="butt")
+        _write_name(ax, (start + end) / 2, mesh.name if mesh.name != "/".join(mesh.between) else "", STROBE)
     return ax
 
 
@@ -257,32 +269,6 @@ def _towards(scheme: _Scheme, a: str, b: str) -> tuple[np.ndarray, np.ndarray, n
     one, other = (np.array(scheme.centres[name]) for name in (a, b))
     length = float(np.linalg.norm(other - one))
     return one, other, (other - one) / length if length else np.array([0.0, 1.0])
-
-
-def _draw_shaft(ax: Axes, scheme: _Scheme, between: tuple[str, str], name: str) -> None:
-    """A double line from rim to rim."""
-    one, other, along = _towards(scheme, *between)
-    start, end = one + along * scheme.reach(between[0]), other - along * scheme.reach(between[1])
-    across = np.array([-along[1], along[0]]) * 0.06 * scheme.unit
-    for line in (across, -across):
-        ax.plot(*zip(start + line, end + line, strict=True), color=adapt(INK), linewidth=1.1, zorder=0.8)
-    _write_name(ax, (start + end) / 2, name, "black")
-
-
-def _draw_mesh(ax: Axes, scheme: _Scheme, mesh: Mesh) -> None:
-    """A mark where two wheels touch, or a dotted line where they do not in this picture."""
-    one, other, along = _towards(scheme, *mesh.between)
-    a, b = scheme.of_mesh(mesh)
-    start, end = one + along * a, other - along * b
-    if mesh.internal:  # both touch on the same side
-        start = end = one + along * a if a > b else one - along * a
-    if np.linalg.norm(end - start) > 1e-6 * scheme.unit:
-        ax.plot(*zip(start, end, strict=True), color=adapt(STROBE), linewidth=1.2, linestyle=(0, (1, 1.5)), zorder=2)
-    else:
-        across = np.array([-along[1], along[0]]) * 0.16 * scheme.unit
-        ax.plot(*zip(start - across, start + across, strict=True), color=adapt(STROBE), linewidth=2.2, zorder=3,
-                solid_capstyle="butt")
-    _write_name(ax, (start + end) / 2, mesh.name if mesh.name != "/".join(mesh.between) else "", STROBE)
 
 
 def _write_name(ax: Axes, place: np.ndarray, name: str, colour: str) -> None:

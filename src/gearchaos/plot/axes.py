@@ -21,6 +21,7 @@ from matplotlib.patheffects import withStroke
 from gearchaos.datasets import model_from_json
 from gearchaos.errors import InputError
 from gearchaos.gears.operation.results import unit_in
+from gearchaos.plot._datasets import figure_of
 from gearchaos.plot.theme import BACKGROUND, adapt_style, is_dark
 from gearchaos.quantities import Quantity, find
 from gearchaos.studies.operation.beside_factors import words_beside
@@ -280,8 +281,7 @@ def _available_width(ax: Axes) -> float:
 
 def _make_space(ax: Axes, made: Legend, side: Literal["top", "right"]) -> None:
     """Shrink the Axes of a figure without layout engine if a legend would be cut off on a side."""
-    figure = ax.get_figure(root=True)
-    assert figure is not None
+    figure = figure_of(ax)
     end, size, opposite = ("y1", "height", "bottom") if side == "top" else ("x1", "width", "left")
     over = getattr(made.get_window_extent(), end) - getattr(figure.bbox, end)
     if over > 0 and figure.get_layout_engine() is None and ax.get_subplotspec() is not None:
@@ -296,8 +296,7 @@ def side_legend(ax: Axes, handles: Sequence[Artist]) -> Legend:
     In a figure without layout engine, beside another Axes, it is inside the Axes.
     """
     earlier = ax.get_legend()
-    figure = ax.get_figure(root=True)
-    assert figure is not None
+    figure = figure_of(ax)
     for size in _SIDE_SIZES:
         made = ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0, frameon=False,
                          handlelength=1.8, handletextpad=0.6, alignment="left", fontsize=size)

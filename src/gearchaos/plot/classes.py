@@ -159,38 +159,26 @@ def named_classes(ds: xr.Dataset, name: str) -> tuple[np.ndarray, tuple[MotionCl
         return None
     if name == "label":
         return motion_class(ds["label"], ds["period"]), MOTION_CLASSES
-    missing = _not_computed(ds, name)
+    missing, values, classes = _not_computed(ds, name), ds[name].values.astype(int), tuple[MotionClass, ...]()
     if name == "to_avoid":
-        index, classes = ds[name].values.astype(int), AVOID_CLASSES
+        index, classes = values, AVOID_CLASSES
     elif name.startswith("contact"):
-        classes = (*CONTACT_CLASSES, MOTION_CLASSES[_DIVERGED])
-        index = np.maximum(ds[name].values.astype(int), NO_CLASS)
+        index, classes = np.maximum(values, NO_CLASS), (*CONTACT_CLASSES, MOTION_CLASSES[_DIVERGED])
         if name == "contact" and "label" in ds:  # diverged motions have the code of no contact
             index = np.where(motion_class(ds["label"], ds["period"]) == _DIVERGED, len(CONTACT_CLASSES), index)
+    elif name in _YES_NO_VARIABLES:
+        index, classes = values, _YES_NO
     else:
-        index, classes = _coded(ds[name], missing)
+        if named := flags(ds[name]):
+            codes = np.array(list(named))
+            classes = tuple(MotionClass(n.replace("_", " "), c.colour)
+                            for n, c in zip(named.values(), MOTION_CLASSES, strict=False))
+        else:  # counts, coloured by a scale; the values of missing cells are none
+            codes = np.unique(values[~missing]) if not missing.all() else np.zeros(1, int)
+            shades = matplotlib.colormaps["viridis"](np.linspace(0, 1, len(codes)))
+            classes = tuple(MotionClass(str(n), to_hex(c)) for n, c in zip(codes, shades, strict=True))
+        index = np.where(np.isin(values, codes), np.searchsorted(codes, values), NO_CLASS)
     return None if len(classes) > _MAX_LEGEND_CLASSES else (np.where(missing, NO_CLASS, index), classes)
-
-
-def _coded(array: xr.DataArray, missing: np.ndarray) -> tuple[np.ndarray, tuple[MotionClass, ...]]:
-    """Classes of any other variable: no and yes; codes with names; or counts, coloured by a scale.
-
-    The values of ``missing`` cells are no counts.
-    """
-    values = array.values.astype(int)
-    if array.name in _YES_NO_VARIABLES:
-        return values, _YES_NO
-    if named := flags(array):
-        codes = np.array(list(named))
-        classes = tuple(
-            MotionClass(n.replace("_", " "), c.colour) for n, c in zip(named.values(), MOTION_CLASSES, strict=False)
-        )
-    else:
-        codes = np.unique(values[~missing]) if not missing.all() else np.zeros(1, int)
-        shades = matplotlib.colormaps["viridis"](np.linspace(0, 1, len(codes)))
-        classes = tuple(MotionClass(str(n), to_hex(c)) for n, c in zip(codes, shades, strict=True))
-    known = np.isin(values, codes)
-    return np.where(known, np.searchsorted(codes, values), NO_CLASS), classes
 
 
 _LOOKS: tuple[tuple[str, str], ...] = (

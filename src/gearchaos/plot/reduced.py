@@ -78,21 +78,16 @@ def reduced(
     coded = shown is not None and dataset[shown].dtype.kind in "iu"
     counts = cells.counts([*names, shown] if coded and shown else names)
     if coded and named_classes(_cells(chosen, counts), str(shown)) is None:
-        counts, coded = _without_last(counts), False
+        out: Counter[State] = Counter()
+        for state, count in counts.items():
+            out[state[:-1]] += count
+        counts, coded = out, False
     data = cells.rarest(_ranked(chosen, counts, colour), [*names, shown] if coded and shown else names)
     if shown and not coded:
         data[shown] = cells.mean(shown)
     ny, nx = dataset["label"].shape
     what = "the mean" if shown and not coded else "the rarest class"
     return cells.dataset(data), f"reduced from {nx} × {ny} cells: a pixel shows {what} of its cells"
-
-
-def _without_last(counts: Mapping[State, int]) -> Counter[State]:
-    """The numbers of cells by state, without the last variable of the states."""
-    out: Counter[State] = Counter()
-    for state, count in counts.items():
-        out[state[:-1]] += count
-    return out
 
 
 def _cells(dataset: xr.Dataset, states: Mapping[State, int] | Sequence[State]) -> xr.Dataset:
@@ -221,20 +216,13 @@ def _states(part: xr.Dataset, names: Sequence[str]) -> tuple[list[State], np.nda
     code = np.zeros_like(columns[0])
     for column, low, span in zip(columns, lows, spans, strict=True):
         code = code * span + (column - low)
-    codes, which, counts = _counted(code, prod(spans))
+    if prod(spans) > max(_MOST_COUNTED, len(code)):
+        codes, which, counts = np.unique(code, return_inverse=True, return_counts=True)
+    else:  # counting is faster than sorting unless the codes are many
+        every = np.bincount(code, minlength=prod(spans))
+        codes, which, counts = np.flatnonzero(every), (np.cumsum(every > 0) - 1)[code], every[every > 0]
     values = []
     for low, span in zip(reversed(lows), reversed(spans), strict=True):
         codes, last = np.divmod(codes, span)
         values.append((last + low).tolist())
     return list(zip(*reversed(values), strict=True)), which, counts.tolist()
-
-
-def _counted(code: np.ndarray, span: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The different codes, the index of that of each cell (N,), and the number of cells of each.
-
-    All codes lie from 0 to ``span`` − 1; counting is faster than sorting unless they are many.
-    """
-    if span > max(_MOST_COUNTED, len(code)):
-        return np.unique(code, return_inverse=True, return_counts=True)
-    counts = np.bincount(code, minlength=span)
-    return np.flatnonzero(counts), (np.cumsum(counts > 0) - 1)[code], counts[counts > 0]

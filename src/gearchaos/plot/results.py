@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from gearchaos.catalogue import STUDIES
 from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
-from gearchaos.plot._datasets import check_dataset, check_name
+from gearchaos.plot._datasets import check_dataset, check_name, figure_of
 from gearchaos.plot._dynamic_factor import dynamic_factor
 from gearchaos.plot._fit import fit
 from gearchaos.plot._modes import campbell
@@ -93,7 +93,7 @@ def result(
     if hatch and kind not in _HATCHED:
         raise InputError("hatch", f"must be left out for a result that is not of {', '.join(_HATCHED)}", kind)
     if over is not None and kind == "bifurcation":
-        return _figure_of(_two_diagrams(ds, over, colour))
+        return figure_of(_two_diagrams(ds, over, colour))
     if over is not None and kind == "runup":
         return runup(ds, against=over)
     options = {"hatch": True} if hatch else {}
@@ -101,7 +101,7 @@ def result(
     artist = draw(ds, **options) if colour == MOTION else _COLOURED[kind][1](ds, colour, **options)
     if over is not None:
         _draw_curves(ds, over, artist)
-    return _figure_of(artist)
+    return figure_of(artist)
 
 
 def _by_shape(ds: xr.Dataset) -> Axes:
@@ -118,12 +118,6 @@ def _by_shape(ds: xr.Dataset) -> Axes:
     ax.set(xlabel=axis_label(ds[horizontal], horizontal),
            ylabel=axis_label(ds[vertical[0]], vertical[0]) if vertical else axis_label(shown, name))
     return ax
-
-
-def _figure_of(artist: Axes | Figure) -> Figure:
-    figure = artist.get_figure(root=True)
-    assert figure is not None
-    return figure
 
 
 def _draw_curves(ds: xr.Dataset, over: xr.Dataset, ax: Axes | Figure) -> None:

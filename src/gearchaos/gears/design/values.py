@@ -24,6 +24,7 @@ from gearchaos.gears.io.fields import (
     record,
     record_values,
     two,
+    whole,
 )
 from gearchaos.gears.io.tables import MOST_BYTES
 from gearchaos.gears.stiffness.iso6336 import Blank
@@ -90,19 +91,6 @@ def _headers(field: str, value: Any) -> tuple[tuple[str, str], ...]:
     return tuple(chosen.items())
 
 
-def _seed(field: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise InputError(field, "must be a whole number from 0 on", value)
-    return value
-
-
-def _wheel(field: str, value: Any) -> int:
-    """The wheel whose angle an error is."""
-    if type(value) is not int or value not in (1, 2):
-        raise InputError(field, "must be 1 or 2", value, "It is the wheel whose angle the error is.")
-    return value
-
-
 @dataclass(frozen=True, kw_only=True)
 class DataFile:
     """What all files of a design have: the checksum of the content, by default that of now, and headers of columns."""
@@ -144,7 +132,8 @@ class TableFile(DataFile):
 class ErrorFile(DataFile):
     """A file with a transmission error: the angle of this wheel, or without one a length along the line of action."""
 
-    wheel: Any = field(default=None, metadata=read_by(_wheel))
+    wheel: Any = field(default=None, metadata=read_by(
+        whole("must be 1 or 2", 1, 2, "It is the wheel whose angle the error is.")))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -228,7 +217,7 @@ def read_quality(field: str, value: Any) -> Quality:
 class DrawnPitch(Record):
     """Pitch deviations drawn at random within the accuracy grade, the same ones for the same seed."""
 
-    seed: int = field(metadata=read_by(_seed))
+    seed: int = field(metadata=read_by(whole("must be a whole number from 0 on", 0)))
 
 
 def read_pitch_errors(field: str, value: Any) -> Any:

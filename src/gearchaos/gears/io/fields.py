@@ -105,6 +105,24 @@ def two(convert: Convert, rule: str = "") -> Convert:
     return convert_both
 
 
+def whole(rule: str, least: int, most: float = math.inf, advice: str = "") -> Convert:
+    """A whole number within bounds; the rule says which."""
+    def convert(field: str, value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            raise InputError(field, rule, value, advice)
+        return value
+    return convert
+
+
+def having(attribute: str, rule: str, advice: str = "") -> Convert:
+    """A value that has this attribute, kept as it is; the rule is that of anything else."""
+    def convert(field: str, value: Any) -> Any:
+        if not hasattr(value, attribute):
+            raise InputError(field, rule, value, advice)
+        return value
+    return convert
+
+
 def name_of(*known: str) -> Convert:
     def convert(field: str, value: Any) -> str:
         if value not in known:

@@ -102,7 +102,11 @@ class OperatingModel(MeshModel):
         operation, rest = _separated(values)
         model = self
         if "damping_law" in rest:  # of the gears, too
-            model = replace(self, gears=_with_law(self.gears, rest["damping_law"]))
+            model = replace(self, gears=replace(self.gears, damping_law=rest["damping_law"]))
+            if is_design(self.gears) and model.gears.shares_load != self.gears.shares_load:
+                raise InputError("damping_law", "must be set in the design, whose load sharing depends on it",
+                                 rest["damping_law"], "With unilateral the mesh is one spring: load_sharing = "
+                                 "'prescribed' is that with any law.")
         if operation:  # before the kind is set: supports depend on the torque
             point = {n: operating_value(n, v) for n, v in operation.items()}
             changed = {n: v.item() for n, v in self._operating_values(**point).items()}
@@ -136,17 +140,6 @@ class OperatingModel(MeshModel):
             omega0 = np.array([p.pair.omega0 for p in points])[index]
             out["omega"] = own.pair.n1 * (np.asarray(speed, float) * RPM) / omega0
         return out
-
-
-def _with_law(gears: Gears, law: str) -> Gears:
-    """Gears with another damping law; raises `InputError` where their tooth pairs would share the load in another way.
-    """
-    given: Any = gears
-    found = replace(given, damping_law=law)
-    if is_design(given) and found.shares_load != given.shares_load:
-        raise InputError("damping_law", "must be set in the design, whose load sharing depends on it", law,
-                         "With unilateral the mesh is one spring: load_sharing = 'prescribed' is that with any law.")
-    return found  # type: ignore[no-any-return]
 
 
 def operating_value(name: str, value: Any) -> float:

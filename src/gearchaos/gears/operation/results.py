@@ -105,17 +105,6 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
     return Scales(**{n: torque.copy(data=np.reshape([getattr(s, n) for s in found], torque.shape)) for n in names})
 
 
-def _same_gears(one: Any, other: Any) -> bool:
-    """Whether gears are the same at one speed, or where the torque can be varied at one operating point."""
-    speed = one.speed if is_train(one) else 1.0  # a train may have torques for some speeds alone
-    try:
-        if one.at(speed=speed) == other.at(speed=speed):
-            return True
-        return one.at(speed=speed, torque=1.0) == other.at(speed=speed, torque=1.0)  # type: ignore[no-any-return]
-    except InputError:  # a speed or torque that one of them cannot have
-        return False
-
-
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
     """The gears of the Dataset, or those given; raises `InputError` if both differ, or there are none."""
     if not hasattr(dataset, "data_vars"):
@@ -129,10 +118,18 @@ def _checked_gears(dataset: Any, pair: Any) -> Gears:
     if carried is None and is_physical(dataset) and gears_json(pair_of(pair)) != dataset.attrs["pair"]:
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
                          "The result is in the units of other gears.")
-    if carried is not None and not _same_gears(carried, pair):
+    if carried is None:
+        return pair  # type: ignore[return-value]
+    speed = carried.speed if is_train(carried) else 1.0  # a train may have torques for some speeds alone
+    one, other = ({"speed": speed}, {"speed": speed, "torque": 1.0})  # they are the same at one of these
+    try:
+        same = carried.at(**one) == pair.at(**one) or carried.at(**other) == pair.at(**other)
+    except InputError:  # a speed or torque that one of them cannot have
+        same = False
+    if not same:
         raise InputError("pair", "must be the gears of the result", f"a {type(pair).__name__}",
                          "The result of a study of gears carries them: physical(dataset) uses them.")
-    return pair if carried is None else carried  # type: ignore[return-value]
+    return carried  # type: ignore[no-any-return]
 
 
 def is_physical(dataset: Any) -> bool:

@@ -110,9 +110,7 @@ class Assembly:
     def system(self) -> SwitchedAffine:
         """The switched affine system, in the units of the train."""
         found, units, points, at, d = self.found, self.units, self.points, self.at, len(self.found.names)
-        A, f0, harmonics = self._without_elements()
-        for spring in found.springs:
-            self._add_spring(spring, A, f0, harmonics)
+        A, f0, harmonics = self._apart_from_contacts()
         rows, pushes, offsets = self._flanks()
         rates = np.roll(rows, 1, axis=1)  # the rate of a deflection follows it
         damping = np.stack([self.damping(element) for element in found.contacts], axis=1)
@@ -137,9 +135,11 @@ class Assembly:
             damping=made.damping[:, 0], law=CONTACT if in_contact.any() else ALWAYS,
             static_force=self.static[:, : len(rows)] / units.force, contacts=made)
 
-    def _without_elements(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Linear part (P, d, d), constant forcing (P, d) and complex amplitudes of the harmonic forcing (P, H, d), in
-        SI, without springs and meshes: torques, prescribed motions, errors, and the damping of bodies."""
+    def _apart_from_contacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Linear part (P, d, d), constant forcing (P, d) and complex amplitudes of the harmonic forcing (P, H, d), SI.
+
+        They are those of torques, prescribed motions, errors, the damping of bodies, and springs with their dampers.
+        """
         found, d, place = self.found, len(self.found.names), self.place
         A, f0 = np.zeros((self.points, d, d)), np.zeros((self.points, d))
         harmonics = np.zeros((self.points, len(found.orders), d), complex)
@@ -152,17 +152,15 @@ class Assembly:
         drag = -np.einsum("pvn,pn,pnu->pvu", self.to_speeds, dampers, self.from_speeds)
         A[:, place[:, None], place] += drag
         harmonics[:, :, place] -= np.einsum("pvr,prh->phv", drag[:, :, : len(self.at)], 1j * w * chosen)
+        for spring in found.springs:
+            c, k, damping = self.coefficients(spring), self.stiffness(spring), self.damping(spring)
+            pull = np.einsum("pvn,n->pv", self.to_speeds, spring.row)
+            A[:, place[:, None], self.at] -= (k[:, None] * pull)[:, :, None] * c
+            A[:, place[:, None], self.at + 1] -= (damping[:, None] * pull)[:, :, None] * c
+            f0[:, place] += pull * (k * (self.middle @ c))[:, None]
+            force = (k[:, None] + 1j * self.frequencies * damping[:, None]) * self._own_harmonics(spring)
+            harmonics[:, :, place] -= np.einsum("ph,pv->phv", force, pull)
         return A, f0, harmonics
-
-    def _add_spring(self, spring: Element, A: np.ndarray, f0: np.ndarray, harmonics: np.ndarray) -> None:
-        """Add the force of a spring and its damper to the arrays of `_without_elements`."""
-        c, k, damping, place = self.coefficients(spring), self.stiffness(spring), self.damping(spring), self.place
-        pull = np.einsum("pvn,n->pv", self.to_speeds, spring.row)
-        A[:, place[:, None], self.at] -= (k[:, None] * pull)[:, :, None] * c
-        A[:, place[:, None], self.at + 1] -= (damping[:, None] * pull)[:, :, None] * c
-        f0[:, place] += pull * (k * (self.middle @ c))[:, None]
-        force = (k[:, None] + 1j * self.frequencies * damping[:, None]) * self._own_harmonics(spring)
-        harmonics[:, :, place] -= np.einsum("ph,pv->phv", force, pull)
 
     def _flanks(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of all contacts the rows (K, d), the pushes (P, K, d), and the offsets of both flanks (P, K, 2), in SI."""
@@ -219,18 +217,14 @@ class Assembly:
         for i, element in zip(self.at, self.found.chosen, strict=True):
             force = self.static[:, elements.index(element)]
             if element.contact:
-                side = np.where(force < 0, -1.0, 1.0)
-                w[:, i] = side * self.backlash(element) / 2 + force / self._at_start(element, side)
+                part, side, mean = self._over_period(element), np.where(force < 0, -1.0, 1.0), mean_stiffness(element)
+                first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
+                first = np.where(first > 0, first, mean)  # where the first teeth are missing
+                w[:, i] = side * self.backlash(element) / 2 + force / (
+                    np.where(side > 0, *first) * self.stiffness(element) / mean)
             else:
                 w[:, i] = force / self.stiffness(element)
         return w / self.units.length
-
-    def _at_start(self, element: Element, side: np.ndarray) -> np.ndarray:
-        """The stiffness of a flank (P,), 1 or −1, at the phase 0."""
-        part = self._over_period(element)
-        first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
-        first = np.where(first > 0, first, mean_stiffness(element))  # where the first teeth are missing
-        return np.where(side > 0, *first) * self.stiffness(element) / mean_stiffness(element)
 
     def _contacts(self, offsets: np.ndarray) -> dict[str, Any]:
         """The contacts of all meshes on the pieces of the common period; ``offsets`` (P, K, 2) in m, of the flanks."""
@@ -241,7 +235,8 @@ class Assembly:
                 "meshes", f"must have at most {_MOST_CONTACTS} tooth pairs and stops that may touch, of both flanks",
                 count, f"{most[1].name} alone has {len(most[0].sides)}. Without corner contact tooth pairs are fewer, "
                 "and a mesh with the stiffness of all pairs together has two.")
-        edges = _merged([part.edges[0] for part in parts])
+        every = np.unique(np.concatenate([part.edges[0] for part in parts]))
+        edges = every[np.append(True, np.diff(every) > 1e-12)]
         length = np.diff(edges, append=1.0)
         stiffness, offset, meshes, sides = [], [], [], []
         for m, (element, part) in enumerate(zip(self.found.contacts, parts, strict=True)):
@@ -263,17 +258,12 @@ class Assembly:
 
     def _over_period(self, element: Element) -> OneSidedContacts:
         """The contacts of an element on the common period, in N/m and m."""
-        cycles, phase = self._cycles(element)
-        part = _over_period(cycle(element), cycles, phase)
-        uneven = element.mesh is not None and element.mesh.uneven
-        return uneven_contacts(element.mesh, part, cycles) if uneven else part
-
-    def _cycles(self, element: Element) -> tuple[int, float]:
-        """Cycles of a mesh in the common period, and its phase at the start as a share of a cycle."""
         mesh, train = element.mesh, self.found.train
         if mesh is None or mesh.constant:
-            return 1, 0.0
-        return int(train.mesh_order(mesh) / train.base_order), mesh.phase / (2 * np.pi) % 1.0
+            return _over_period(cycle(element), 1, 0.0)
+        cycles = int(train.mesh_order(mesh) / train.base_order)
+        part = _over_period(cycle(element), cycles, mesh.phase / (2 * np.pi) % 1.0)
+        return uneven_contacts(mesh, part, cycles) if mesh.uneven else part
 
 
 def cycle(element: Element) -> OneSidedContacts:
@@ -296,9 +286,3 @@ def _over_period(one: OneSidedContacts, cycles: int, phase: float) -> OneSidedCo
     a, b, c = (one.gap[0][:, piece, k] * factors[k] for k in range(3))
     gap = np.stack([a + begun * (b + begun * c), b + 2 * begun * c, c], axis=-1)
     return one._replace(edges=np.maximum(starts, 0.0)[None], stiffness=one.stiffness[:, :, piece], gap=gap[None])
-
-
-def _merged(edges: list[np.ndarray]) -> np.ndarray:
-    """All instants of several lists in order, those that coincide once."""
-    every = np.unique(np.concatenate(edges))
-    return every[np.append(True, np.diff(every) > 1e-12)]

@@ -10,7 +10,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import convert_fields, each, name_of, one, read_by, record, two
+from gearchaos.gears.io.fields import convert_fields, each, having, name_of, one, read_by, record, two
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.mesh.tooth_pairs import PairsAlone, ToothPairs
 from gearchaos.gears.train.faults import Fault, check_faults
@@ -30,15 +30,6 @@ _OF_DESIGN = ("teeth", "base_radii", "stiffness", "tooth_pairs", "damping", "bac
 """The fields of a mesh that a design has."""
 
 _ANY_DAMPING = 0.05  # of a design that lacks it, where the damping is given beside it
-
-
-def _points(design: Any) -> list[Any]:
-    """A design at its speed and torque; one that lacks them at two of each, between which it must not differ."""
-    lacks = {name: values for name, values in (("speed", (600.0, 900.0)), ("torque", (50.0, 75.0)))
-             if getattr(design, name, values) is None}
-    if not lacks:
-        return [design]
-    return [design.at(**{name: values[i] for name, values in lacks.items()}) for i in (0, 1)]
 
 
 def _values_of(design: Any, without: Collection[str]) -> dict[str, Any]:
@@ -64,12 +55,6 @@ def _ratio(field: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 1 <= value <= _MOST_PAIRS:
         raise InputError(field, f"must be a number from 1 to {_MOST_PAIRS}", value, "Of helical gears the total one.")
     return float(value)
-
-
-def _design(field: str, value: Any) -> Any:
-    if not hasattr(value, "to_pair"):
-        raise InputError(field, "must be a GearDesign or a GearPair, in a study file the path of one", value)
-    return value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,7 +121,8 @@ class Mesh:
 
     between: Any = field(metadata=read_by(ends_of))
     name: Any = field(default=None, metadata=read_by(part_name))
-    design: Any = field(default=None, metadata=read_by(_design))
+    design: Any = field(default=None, metadata=read_by(having(
+        "to_pair", "must be a GearDesign or a GearPair, in a study file the path of one")))
     teeth: Any = field(default=None, metadata=read_by(two(units.teeth, "must be a list of two numbers of teeth")))
     base_radii: Any = field(default=None, metadata=read_by(two(one(units.LENGTH, POSITIVE), "must be a list of two")))
     stiffness: Any = field(default=None, metadata=read_by(read_stiffness))
@@ -217,8 +203,13 @@ class Mesh:
         design = self.design
         if "damping" in own and getattr(design, "damping_ratio", own) is None:
             design = replace(design, damping_ratio=_ANY_DAMPING)
+        # one that lacks speed or torque at two of each, between which it must not differ
+        lacks = {name: values for name, values in (("speed", (600.0, 900.0)), ("torque", (50.0, 75.0)))
+                 if getattr(design, name, values) is None}
         try:
-            points = [_values_of(point, own) for point in _points(design)]
+            points = [_values_of(each, own) for each in (
+                [design.at(**{name: values[i] for name, values in lacks.items()}) for i in (0, 1)]
+                if lacks else [design])]
         except InputError as error:
             raise InputError(f"design: {error.field}", error.rule, error.value, error.advice) from None
         for name, value in points[0].items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -138,13 +138,18 @@ class TrainModel(GearModel):
         counts = {"body/bodies": len(train.bodies), "shaft/shafts": len(train.shafts),
                   "contact with play/contacts with play": len(structure(train).contacts),
                   "coordinate/coordinates": len(self.state_names)}
+        alike: dict[int, list[str]] = {}  # meshes by how many of their cycles are in the common period
+        for name, count in train.cycles.items():
+            alike.setdefault(count, []).append(name)
+        cycles = ", ".join(
+            f"{count} mesh cycle{'s' * (count > 1)} of {' and '.join(names) if len(names) < 3 else names[0]}"
+            f"{f' and {len(names) - 1} others' * (len(names) > 2)}" for count, names in alike.items())
         turns = "".join(f" = {n} turn{'s' * (n > 1)} of {name}" for name, n in train.turns.items())
         parts = [f"{count} {words.split('/')[count > 1]}" for words, count in counts.items() if count]
         parts += [f"pairs of tooth {f.tooth} of {mesh.between[f.wheel - 1]} {100 * (1 - f.kept):.3g} % less stiff"
                   for mesh in train.meshes for f in mesh.faults if f.kept < 1][:_NAMED]
         return (f"train: {', '.join(parts)}; everything repeats after {train.period * 1e3:.4g} ms"
-                f"{' = ' * bool(train.cycles)}{_cycles(train.cycles)}"
-                f"{turns}, the period of results")
+                f"{' = ' * bool(train.cycles)}{cycles}{turns}, the period of results")
 
     @property
     def known_names(self) -> tuple[str, ...]:
@@ -153,8 +158,21 @@ class TrainModel(GearModel):
     @cached_property
     def _known(self) -> dict[str, _Parameter]:
         """The parameters of parts by name."""
-        return {f"{parameter_owner(name)}.{own}": _Parameter(kind, name, own, value)
-                for kind, name, own, value in _parameters(self.train)}
+        out: dict[str, _Parameter] = {}
+        for kind, names in _VARIED.items():
+            for part in getattr(self.train, kind):
+                for name in names:
+                    springless = isinstance(part, Shaft) and not part.stiffness and name != "stop"
+                    if springless or (isinstance(part, Body) and (
+                            part.prescribed or (name == "torque" and part.torque_over_speed))):
+                        continue
+                    value = getattr(part, name)
+                    if isinstance(part, Mesh) and name == "stiffness":
+                        value = mean_stiffness(next(
+                            e for e in structure(self.train).contacts if e.name == part.name))
+                    if value is not None:
+                        out[f"{parameter_owner(part.name)}.{name}"] = _Parameter(kind, part.name, name, float(value))
+        return out
 
     def parameters(self) -> dict[str, float]:
         """The value of every parameter by name, in SI, the speed in rpm."""
@@ -201,30 +219,6 @@ class TrainModel(GearModel):
                 train = _with_part(train, found, flat[name])
         train.check_balance()
         return replace(self, train=train, initial=initial)
-
-
-def _cycles(cycles: Mapping[str, int]) -> str:
-    """How many cycles of meshes are in the common period, those with the same number together."""
-    alike: dict[int, list[str]] = {}
-    for name, count in cycles.items():
-        alike.setdefault(count, []).append(name)
-    return ", ".join(f"{count} mesh cycle{'s' * (count > 1)} of {' and '.join(names) if len(names) < 3 else names[0]}"
-                     f"{f' and {len(names) - 1} others' * (len(names) > 2)}" for count, names in alike.items())
-
-
-def _parameters(train: Train) -> Iterator[_Parameter]:
-    for kind, names in _VARIED.items():
-        for part in getattr(train, kind):
-            for name in names:
-                springless = isinstance(part, Shaft) and not part.stiffness and name != "stop"
-                if springless or (isinstance(part, Body) and (
-                        part.prescribed or (name == "torque" and part.torque_over_speed))):
-                    continue
-                value = getattr(part, name)
-                if isinstance(part, Mesh) and name == "stiffness":
-                    value = mean_stiffness(next(e for e in structure(train).contacts if e.name == part.name))
-                if value is not None:
-                    yield _Parameter(kind, part.name, name, float(value))
 
 
 def _with_part(train: Train, parameter: _Parameter, value: Any) -> Train:

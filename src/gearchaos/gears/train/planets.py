@@ -12,7 +12,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry, mating_geometry
 from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import Record, number, one, read_by, record_values, two
+from gearchaos.gears.io.fields import Record, having, number, one, read_by, record_values, two, whole
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import Body
 from gearchaos.quantities import POSITIVE
@@ -27,19 +27,6 @@ def _teeth(field: str, value: Any) -> tuple[int, int, int]:
         raise InputError(field, "must be a list of three numbers of teeth: sun, planet, ring", value)
     sun, planet, ring = (units.teeth(f"{field}[{i}]", z) for i, z in enumerate(value))
     return sun, planet, ring
-
-
-def _design(field: str, value: Any) -> Any:
-    if not hasattr(value, "geometry"):
-        raise InputError(field, "must be a GearDesign, in a study file the path of a file with [design]", value,
-                         "It is that of the sun and a planet.")
-    return value
-
-
-def _count(field: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST_PLANETS:
-        raise InputError(field, f"must be a whole number from 1 to {_MOST_PLANETS}", value)
-    return value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,14 +89,17 @@ class PlanetarySet(Record):
     321.4
     """
 
-    count: int = field(metadata=read_by(_count))
+    count: int = field(metadata=read_by(
+        whole(f"must be a whole number from 1 to {_MOST_PLANETS}", 1, _MOST_PLANETS)))
     teeth: Any = field(metadata=read_by(_teeth))
     module: Any = field(default=None, metadata=read_by(one(units.LENGTH, POSITIVE)))
     pressure_angle: Any = field(default=None, metadata=read_by(one(units.ANGLE, POSITIVE)))
     helix_angle: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
     profile_shift: Any = field(default=None, metadata=read_by(two(number(), "must be a list of two: sun and planets")))
     centre_distance: Any = field(default=None, metadata=read_by(one(units.LENGTH, POSITIVE)))
-    design: Any = field(default=None, metadata=read_by(_design))
+    design: Any = field(default=None, metadata=read_by(having(
+        "geometry", "must be a GearDesign, in a study file the path of a file with [design]",
+        "It is that of the sun and a planet.")))
     sun: Any = None
     ring: Any = None
     carrier: Any = None
@@ -158,7 +148,10 @@ class PlanetarySet(Record):
         if not any(self.geometry.profile_shift) and ring != sun + 2 * planet:
             raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
                              "The gears have no profile shift.")
-        shift = self._ring_shift
+        geometry, angle = self.geometry, self._ring_pressure_angle
+        opening = involute(angle) - involute(geometry.transverse_pressure_angle)
+        shift = math.inf if math.isnan(angle) else geometry.profile_shift[1] + (ring - planet) * opening / (
+            2 * math.tan(geometry.pressure_angle))  # of a ring without backlash, in modules
         if not abs(shift) <= _MOST_SHIFT:
             raise InputError("teeth", f"must have a ring near z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
                              f"At the centre distance of {self.orbit * 1e3:.6g} mm " + (
@@ -180,16 +173,6 @@ class PlanetarySet(Record):
         """Working pressure angle of planets and ring, NaN where no such one exists."""
         cosine = (self.teeth[2] - self.teeth[1]) * self.geometry.base_diameter[0] / self.teeth[0] / (2 * self.orbit)
         return math.acos(cosine) if abs(cosine) < 1 else math.nan
-
-    @property
-    def _ring_shift(self) -> float:
-        """The profile shift of a ring without backlash, in modules; infinite where it cannot mesh."""
-        geometry, angle = self.geometry, self._ring_pressure_angle
-        if math.isnan(angle):
-            return math.inf
-        opening = involute(angle) - involute(geometry.transverse_pressure_angle)
-        return geometry.profile_shift[1] + (self.teeth[2] - self.teeth[1]) * opening / (
-            2 * math.tan(geometry.pressure_angle))
 
     def _gap(self, count: int) -> float:
         """The distance of the tip circles of neighbours, if so many planets are equally spaced, m."""

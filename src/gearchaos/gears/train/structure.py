@@ -72,7 +72,12 @@ class Structure:
                 self.contacts.append(Element(shaft.name, row, prescribed, shaft.name, shaft.stop_stiffness,
                                              shaft.stop_damping, 2 * shaft.stop, stops=True))
         for body in train.bodies:
-            self.springs.extend(self._supports(body))
+            held: Support | None = body.support or body.pin
+            if held is not None:
+                moved = self.centre(body) - (self._on_carrier(body) if body.pin else 0.0)
+                rows = moved if held.direction is None else np.array(
+                    [[np.cos(held.direction), np.sin(held.direction)]]) @ moved
+                self.springs += [Element(body.name, row, {}, "", held.stiffness, held.damping) for row in rows]
         self._choose()
 
     def _own_axes(self, body: Body) -> tuple[str, ...]:
@@ -137,15 +142,6 @@ class Structure:
         row, prescribed = self._angles(factors)
         row = row + normal @ (self.centre(a) - self.centre(b))
         return Element(mesh.name, row, prescribed, mesh.name, damping=mesh.damping, backlash=mesh.backlash, mesh=mesh)
-
-    def _supports(self, body: Body) -> list[Element]:
-        """The springs of a support, or of the pin of a planet in its carrier."""
-        held: Support | None = body.support or body.pin
-        if held is None:
-            return []
-        moved = self.centre(body) - (self._on_carrier(body) if body.pin else 0.0)
-        rows = moved if held.direction is None else np.array([[np.cos(held.direction), np.sin(held.direction)]]) @ moved
-        return [Element(body.name, row, {}, "", held.stiffness, held.damping) for row in rows]
 
     def _choose(self) -> None:
         """Choose the coordinates: independent rows, and the motions that deflect nothing."""

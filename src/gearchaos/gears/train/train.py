@@ -101,7 +101,29 @@ class Train(Damped, HasCard):
         for kind in ("bodies", "meshes"):
             if not getattr(self, kind):
                 raise InputError(kind, "must have at least one entry", [])
-        self._check_names()
+        first = self.bodies[0]
+        if first.fixed:
+            raise InputError(field_of(first, "fixed"), "must be false", True,
+                             "The first body turns: the speed and all orders are those of its rotation.")
+        known = [body.name for body in self.bodies]
+        own: dict[str, Any] = {}
+        for part in (*self.bodies, *self.shafts, *self.meshes):
+            if (name := parameter_owner(part.name)) in own:
+                raise InputError(field_of(part, "name"), "must be that of no other part", own[name].name,
+                                 "Give each a name. Names must differ in letters, digits, - and _.")
+            own[name] = part
+        for part in (*self.shafts, *self.meshes):
+            allowed = [*known, GROUND] if isinstance(part, Shaft) else known
+            for name in part.between:
+                if name not in allowed:
+                    raise unknown_name(field_of(part, "between"), name, allowed)
+        for body in self.bodies:
+            if body.carrier is not None and body.carrier not in known:
+                raise unknown_name(field_of(body, "carrier"), body.carrier, known)
+            if body.carrier == body.name or (body.carrier and self.body(body.carrier).carrier):
+                raise InputError(field_of(body, "carrier"), "must be a body that is no planet", body.carrier)
+        for mesh in self.meshes:
+            self._check_mesh(mesh)
         _ = self.ratios
         self._check_period()
         self.check_balance()
@@ -139,32 +161,6 @@ class Train(Damped, HasCard):
         """Where the damping of a mesh acts."""
         return DAMPING_LAWS[mesh.damping_law or self.damping_law]
 
-    def _check_names(self) -> None:
-        """Raise `InputError` for a name that two parts have, or that is of none."""
-        first = self.bodies[0]
-        if first.fixed:
-            raise InputError(field_of(first, "fixed"), "must be false", True,
-                             "The first body turns: the speed and all orders are those of its rotation.")
-        known = [body.name for body in self.bodies]
-        own: dict[str, Any] = {}
-        for part in (*self.bodies, *self.shafts, *self.meshes):
-            if (name := parameter_owner(part.name)) in own:
-                raise InputError(field_of(part, "name"), "must be that of no other part", own[name].name,
-                                 "Give each a name. Names must differ in letters, digits, - and _.")
-            own[name] = part
-        for part in (*self.shafts, *self.meshes):
-            allowed = [*known, GROUND] if isinstance(part, Shaft) else known
-            for name in part.between:
-                if name not in allowed:
-                    raise unknown_name(field_of(part, "between"), name, allowed)
-        for body in self.bodies:
-            if body.carrier is not None and body.carrier not in known:
-                raise unknown_name(field_of(body, "carrier"), body.carrier, known)
-            if body.carrier == body.name or (body.carrier and self.body(body.carrier).carrier):
-                raise InputError(field_of(body, "carrier"), "must be a body that is no planet", body.carrier)
-        for mesh in self.meshes:
-            self._check_mesh(mesh)
-
     def _check_mesh(self, mesh: Mesh) -> None:
         """Raise `InputError` for a mesh that does not go with its bodies."""
         a, b = map(self.body, mesh.between)
@@ -193,7 +189,16 @@ class Train(Damped, HasCard):
         """The steady speed of each body over that of the first one; negative where it turns the other way."""
         names = [body.name for body in self.bodies]
         first = names[0]
-        self._check_connected()
+        ends = [part.between for part in (*self.shafts, *self.meshes)]
+        ends += [(body.name, body.carrier) for body in self.bodies if body.carrier]
+        connected, before = {first}, 0
+        while len(connected) > before:
+            before = len(connected)
+            connected |= {name for pair in ends if connected & set(pair) - {GROUND} for name in pair}
+        for name in names:
+            if name not in connected:
+                raise InputError(f"body {name}", f"must be connected with {first} by meshes and shafts", "none",
+                                 "Leave it out, or name it in a mesh or a shaft.")
         equations: list[tuple[Any, dict[str, Fraction]]] = [
             (body, {body.name: Fraction(1)}) for body in self.bodies if body.fixed]
         for shaft in self.shafts:
@@ -207,20 +212,6 @@ class Train(Damped, HasCard):
                 row[held] = row.get(held, Fraction(0)) - z1 - other
             equations.append((mesh, row))
         return steady_ratios(names, first, equations)
-
-    def _check_connected(self) -> None:
-        """Raise `InputError` for a body that no shaft, mesh or carrier connects to the first one."""
-        ends = [part.between for part in (*self.shafts, *self.meshes)]
-        ends += [(body.name, body.carrier) for body in self.bodies if body.carrier]
-        first = self.bodies[0].name
-        found, before = {first}, 0
-        while len(found) > before:
-            before = len(found)
-            found |= {name for pair in ends if found & set(pair) - {GROUND} for name in pair}
-        for body in self.bodies:
-            if body.name not in found:
-                raise InputError(f"body {body.name}", f"must be connected with {first} by meshes and shafts", "none",
-                                 "Leave it out, or name it in a mesh or a shaft.")
 
     @property
     def speeds(self) -> dict[str, float]:

@@ -28,8 +28,11 @@ def read_train(table: Mapping[str, Any], pair: Callable[[str], Any]) -> Train:
     planets = given.pop("planets", None)
 
     def read(name: str) -> None:
+        found = given.get(name, [])
+        if not isinstance(found, list):
+            raise InputError(f"train.{name}", "must be a list of tables", found, f"Write [[train.{name}]].")
         given[name] = gather(partial(read_part, _KINDS[name], i, _with_design(part, pair))
-                             for i, part in enumerate(_tables(given, name)))
+                             for i, part in enumerate(found))
 
     gather(partial(read, name) for name in _KINDS if name in given or planets is not None)
     if isinstance(planets, Mapping):
@@ -58,14 +61,6 @@ def _with_design(part: Any, pair: Callable[[str], Any]) -> Any:
     if not (isinstance(part, Mapping) and isinstance(part.get("design"), str)):
         return part
     return {**part, "design": pair(part["design"])}
-
-
-def _tables(table: Mapping[str, Any], name: str) -> list[Any]:
-    """A list of tables, in TOML [[train.name]]."""
-    found = table.get(name, [])
-    if not isinstance(found, list):
-        raise InputError(f"train.{name}", "must be a list of tables", found, f"Write [[train.{name}]].")
-    return found
 
 
 def initial_of(model: TrainModel, table: Mapping[str, Any]) -> dict[str, float]:

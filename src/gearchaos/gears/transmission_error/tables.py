@@ -127,17 +127,30 @@ def from_table(
     plausible difference of an error from the mean, m; the rest as in `from_orders`.
     """
     scales, advice = _meant(radius)
-    error = Column("error", scales, ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
-                   r"\bte\b|error|fehler|abweich|devia", _OTHER_ERROR, advice)
-    table = read_table(path, ((ROLL_ANGLE,), (error,)), field=_FIELD, chosen=columns, increasing=True)
-    periods = table.columns["roll angle"] * teeth1 / (2 * math.pi)
-    _check_amplitudes(table, np.abs(table.columns["error"] - np.mean(table.columns["error"])), most)
-    _check_closed(table, periods)
+    column = Column("error", scales, ("transmission error", "value", "te", "drehfehler", "drehwegfehler"),
+                    r"\bte\b|error|fehler|abweich|devia", _OTHER_ERROR, advice)
+    table = read_table(path, ((ROLL_ANGLE,), (column,)), field=_FIELD, chosen=columns, increasing=True)
+    periods, error = table.columns["roll angle"] * teeth1 / (2 * math.pi), table.columns["error"]
+    _check_amplitudes(table, np.abs(error - np.mean(error)), most)
+    last, missing = len(error) - 1, 1 - float(periods[-1] - periods[0])
+    if last > 7 and error[-1] == error[0] and abs(missing - round(missing)) > _PERIOD_TOLERANCE:
+        raise table.error(last, "must not return exactly to the first error between two ends of mesh periods",
+                          f"{1 - missing:.5g} mesh periods",
+                          "Check the number of teeth, and that the angle is that of wheel 1.")
+    if last and -_PERIOD_TOLERANCE <= missing < 0.5:  # one mesh period, which must return to its first error
+        # where the last row lies before the end of the period, the slope from there on decides
+        steepest = float(np.max(np.abs(np.diff(error)) / np.diff(periods)))
+        closed = _CLOSING_TOLERANCE * float(np.ptp(error)) + _CLOSING_SLOPE * steepest * max(missing, 0.0)
+        if abs(error[-1] - error[0]) > closed:
+            raise table.error(
+                last, f"must return to the error of line {table.lines[0]}, {error[0] * 1e6:.6g} µm, with which the "
+                "next mesh period begins", f"{error[-1] * 1e6:.6g} µm",
+                "The error of the gears without load is continuous. Remove the drift, or give several mesh periods.")
     try:
-        found = fit_harmonics(periods, table.columns["error"], orders, source=f"curve of {Path(table.path).name}")
-    except InputError as error:
-        raise table.error(len(periods) - 1, f"must be the last of rows that give {orders} harmonics",
-                          f"{periods[-1] - periods[0]:.4g} mesh periods", f"{error}") from None
+        found = fit_harmonics(periods, error, orders, source=f"curve of {Path(table.path).name}")
+    except InputError as refused:
+        raise table.error(last, f"must be the last of rows that give {orders} harmonics",
+                          f"{periods[-1] - periods[0]:.4g} mesh periods", f"{refused}") from None
     _check_teeth(table, periods, found, teeth1)
     return replace(found, assumptions=_notes(table, radius))
 
@@ -167,27 +180,6 @@ def _check_teeth(table: Table, periods: np.ndarray, found: ErrorHarmonics, teeth
         raise table.error(len(periods) - 1, "must end whole mesh periods, best a turn of wheel 1", value,
                           "Check the number of teeth, and that the angle is that of wheel 1. An error whose first "
                           "harmonic is missing has orders.")
-
-
-def _check_closed(table: Table, periods: np.ndarray) -> None:
-    """Raise `InputError` unless an error over one mesh period returns to its first value.
-
-    Where the last row lies before the end of the period, the slope from there on decides.
-    """
-    error, missing = table.columns["error"], 1 - float(periods[-1] - periods[0])
-    if len(error) > 8 and error[-1] == error[0] and abs(missing - round(missing)) > _PERIOD_TOLERANCE:
-        raise table.error(
-            len(error) - 1, "must not return exactly to the first error between two ends of mesh periods",
-            f"{1 - missing:.5g} mesh periods", "Check the number of teeth, and that the angle is that of wheel 1.")
-    if len(error) < 2 or missing < -_PERIOD_TOLERANCE:
-        return
-    steepest = float(np.max(np.abs(np.diff(error)) / np.diff(periods)))
-    most = _CLOSING_TOLERANCE * float(np.ptp(error)) + _CLOSING_SLOPE * steepest * max(missing, 0.0)
-    if missing < 0.5 and abs(error[-1] - error[0]) > most:
-        raise table.error(
-            len(error) - 1, f"must return to the error of line {table.lines[0]}, {error[0] * 1e6:.6g} µm, with which "
-            "the next mesh period begins", f"{error[-1] * 1e6:.6g} µm",
-            "The error of the gears without load is continuous. Remove the drift, or give several mesh periods.")
 
 
 def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: str = "curve") -> ErrorHarmonics:
