@@ -49,7 +49,7 @@ def export_dataset(dataset: xr.Dataset, stored: Collection[str], block: Block, p
     partial = path.with_name(f".{uuid4().hex}.partial")  # the file's own name could make this too long
     try:
         with _GuardedFile(partial) as file:
-            _write(file, _outline(dataset, stored, block, convert), _BlockWriter(dataset, stored, block, convert, file))
+            _write(file, dataset, stored, block, convert)
         os.replace(partial, path)
     except OSError as error:  # the error of a full disk has no path
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
@@ -57,30 +57,8 @@ def export_dataset(dataset: xr.Dataset, stored: Collection[str], block: Block, p
         partial.unlink(missing_ok=True)
 
 
-def _write(file: _GuardedFile, outline: xr.Dataset, writer: _BlockWriter) -> None:
-    """Write the file of a Dataset; the values of the variables come from the writer."""
-    netcdf = h5netcdf.File(file, "w")
-    try:
-        outline.dump_to_store(H5NetCDFStore(netcdf), writer=writer)
-    finally:
-        _close(netcdf, file)
-    file.check()
-
-
-def _close(netcdf: h5netcdf.File, file: _GuardedFile) -> None:
-    """Close the file; one with missing parts may not close cleanly."""
-    try:
-        netcdf.close()
-    except Exception:
-        if file.error is None:
-            raise
-
-
-def _outline(dataset: xr.Dataset, stored: Collection[str], block: Block, convert: Convert) -> xr.Dataset:
-    """The Dataset to be written, with zeros that take no memory for the values of the stored variables.
-
-    The encodings of the variables set checksums and chunks.
-    """
+def _write(file: _GuardedFile, dataset: xr.Dataset, stored: Collection[str], block: Block, convert: Convert) -> None:
+    """Write the file of a Dataset, by an outline of it with zeros that take no memory for the stored variables."""
     out = convert(dataset.drop_vars(stored))
     first = convert(dataset.isel(dict.fromkeys(block, slice(0, 1))))
     for name in dataset.data_vars:
@@ -90,7 +68,16 @@ def _outline(dataset: xr.Dataset, stored: Collection[str], block: Block, convert
             out[name] = xr.Variable(whole.dims, zeros, sample.attrs)
             out[name].encoding["chunksizes"] = tuple(
                 min(n, block.get(str(d), n)) for d, n in zip(whole.dims, whole.shape, strict=True))
-    return with_checksums(out[list(dataset.data_vars)])
+    outline, netcdf = with_checksums(out[list(dataset.data_vars)]), h5netcdf.File(file, "w")
+    try:
+        outline.dump_to_store(H5NetCDFStore(netcdf), writer=_BlockWriter(dataset, stored, block, convert, file))
+    finally:
+        try:
+            netcdf.close()
+        except Exception:  # one with missing parts may not close cleanly
+            if file.error is None:
+                raise
+    file.check()
 
 
 class _BlockWriter:

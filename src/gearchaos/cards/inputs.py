@@ -13,11 +13,9 @@ from gearchaos.cards.card import EMPHASIS, Card, Drawing, around, card
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import transverse_section
-from gearchaos.gears.design.values import ReliefDimensions
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.operation.operating import OperatingModel
 from gearchaos.gears.train.model import TrainModel
-from gearchaos.gears.train.parts import Body
 from gearchaos.gears.train.train import Train
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.model import MeshModel, has_effect, mesh_stiffness, transmission_error
@@ -48,19 +46,15 @@ def _model(model: MeshModel) -> Card:
 def _train(train: Train) -> Card:
     """Its bodies, shafts and meshes, and how they turn."""
     rows = [("operating point", f"{train.speed:.6g} rpm of {train.bodies[0].name}, {train.torque:.6g} N m")]
-    rows += [("body", f"{body.name}: {_of_body(body)}, {train.speeds[body.name]:.6g} rpm") for body in train.bodies]
+    for body in train.bodies:
+        moves = f"{body.inertia:.4g} kg m²" if body.inertia is not None else (
+            "held" if body.fixed else "prescribed motion")
+        rows.append(("body", f"{body.name}: {moves}, {train.speeds[body.name]:.6g} rpm"))
     rows += [("shaft", f"{shaft.name}: {shaft.stiffness:.4g} N m/rad") for shaft in train.shafts]
     rows += [("mesh", f"{mesh.name}: {mesh.teeth[0]}/{mesh.teeth[1]} teeth, backlash {mesh.backlash * 1e3:.4g} mm")
              for mesh in train.meshes]
     rows += [("mesh damping", train.law.words), ("common period", f"{train.period * 1e3:.6g} ms")]
     return Card("Gear train", rows)
-
-
-def _of_body(body: Body) -> str:
-    """The inertia of a body, or how it moves."""
-    if body.inertia is not None:
-        return f"{body.inertia:.4g} kg m²"
-    return "held" if body.fixed else "prescribed motion"
 
 
 @card.register
@@ -136,6 +130,10 @@ def digits(value: Any, factor: float = 1.0) -> str:
 def inputs_in_words(design: GearDesign) -> dict[str, str]:
     """The inputs that describe a pair, each in words with its value; without those that were left out."""
     d, g, rack = design, design.geometry, design.rack
+    relief, ends = d.tip_relief, ""
+    if relief is not None and any(relief.amount):
+        begins = "" if relief.start_diameter is None else f" from diameter {digits(relief.start_diameter, 1e3)} mm"
+        ends = f"{digits(relief.amount, 1e6)} µm, {relief.shape}{begins}"
     stiffness, error = (given if isinstance(given, str) else f"file {given.path}"
                         for given in (d.stiffness, d.transmission_error or "none"))
     found = {
@@ -148,7 +146,7 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
         "profile shift coefficients": digits(g.profile_shift),
         "basic rack": f"h_aP {rack.addendum:g}, h_fP {rack.dedendum:g}, ρ_fP {rack.root_radius:g}, in modules",
         "bore": "" if d.bore is None else f"{digits(d.bore, 1e3)} mm",
-        "tip relief": "" if d.tip_relief is None or not any(d.tip_relief.amount) else _relief(d.tip_relief),
+        "tip relief": ends,
         "lead crowning": f"{d.lead_crowning * 1e6:.6g} µm" if d.lead_crowning else "",
         "lead slope": f"{digits(d.lead_slope, 1e6)} µm over the face width" if d.lead_slope else "",
         "load sharing": d.sharing_in_words,
@@ -164,12 +162,6 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
         "torque at wheel 1": "" if d.torque is None else f"{d.torque:.6g} N m",
     }
     return {name: value for name, value in found.items() if value}
-
-
-def _relief(relief: ReliefDimensions) -> str:
-    """Amounts of a tip relief, its shape, and the diameters where it begins if they are given."""
-    begins = "" if relief.start_diameter is None else f" from diameter {digits(relief.start_diameter, 1e3)} mm"
-    return f"{digits(relief.amount, 1e6)} µm, {relief.shape}{begins}"
 
 
 @card.register

@@ -71,7 +71,9 @@ class Answer:
         d = self.design
         load = "no torque is given" if d.torque is None else f"{d.torque:.6g} N m at wheel 1"
         if d.torque is not None:
-            load += f", {self._value('line_load', 'F_t K_A/b' if d.application_factor != 1 else 'F_t/b')}{self._root}"
+            load += f", {self._value('line_load', 'F_t K_A/b' if d.application_factor != 1 else 'F_t/b')}"
+            if isinstance((root := self.entries["root_stress"]).value, tuple):
+                load += f", root stress {'/'.join(dict.fromkeys(measured(v, 3) for v in root.value))} {root.unit}"
         yield "load", load
         start, stop = (self._value(name).removesuffix(" rpm") for name in ("main_start", "main_end"))
         known = self.entries["resonance_speed"].value is not None
@@ -177,29 +179,19 @@ class Answer:
             model = {"model": json.loads(model_json(self.design.to_model()))}
         except InputError as error:
             model = {"model": None, "model_reason": str(error)}
+        avoid: dict[str, Any] | None = None
+        if self.speeds is not None:
+            from gearchaos.studies.operation.beside_factors import peak_root_stress
+
+            avoid = self.speeds.document()
+            for each in avoid["ranges"]:
+                each["root_stress"] = peak_root_stress(self.design, self.speeds.torque, each["dynamic_factor"])
         keys = ("value", "unit", "symbol", "formula", "source")
         quantities = {name: {key: getattr(e, key) for key in keys} | ({"reason": e.reason} if e.reason else {})
                       for name, e in self.entries.items()}
         return {"quantities": quantities, **model, "warnings": [*self.design.warnings, *self.design.assumptions,
                                          *[f"Left out: {LIKE_TEETH}"] * self.design.turning],
-                "speeds_to_avoid": None if self.speeds is None else self._speeds_document(self.speeds)}
-
-    def _speeds_document(self, speeds: SpeedsToAvoid) -> dict[str, Any]:
-        """The speeds to avoid with the root stress at the largest factor of each range."""
-        from gearchaos.studies.operation.beside_factors import peak_root_stress
-
-        found = speeds.document()
-        for each in found["ranges"]:
-            each["root_stress"] = peak_root_stress(self.design, speeds.torque, each["dynamic_factor"])
-        return found
-
-    @property
-    def _root(self) -> str:
-        """The nominal root stress of both wheels after the load; empty where it is not known."""
-        both = self.entries["root_stress"]
-        if not isinstance(both.value, tuple):
-            return ""
-        return f", root stress {'/'.join(dict.fromkeys(measured(v, 3) for v in both.value))} {both.unit}"
+                "speeds_to_avoid": avoid}
 
     @property
     def _best_relief(self) -> str:

@@ -43,7 +43,16 @@ def report_pdf(report: Report, against: Report | None = None) -> bytes:
     content = io.BytesIO()
     style: Any = {"pdf.fonttype": 42, "font.size": 9}
     with matplotlib.rc_context(style), PdfPages(content, metadata={"CreationDate": None}) as pages:
-        pages.savefig(_first_page(reports))
+        page, share = Figure(figsize=_PAPER), 0.92 / len(reports)
+        for number, each in enumerate(reports):
+            top = 0.96 - number * share
+            page.text(0.08, top, each.title, fontsize=14, va="top", parse_math=False)
+            above, below = list(_above(each, len(reports) == 1)), list(_below(each, len(reports) == 1))
+            page.text(0.08, top - 0.03, "\n".join(above), fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
+            text_end, under = top - 0.03 - _LINE * len(above), top - share + _LINE * len(below) + 0.01
+            plot.assessment(each.found, page.add_axes((0.14, under + 0.06, 0.78, text_end - under - 0.12)))
+            page.text(0.08, under, "\n".join(below), fontsize=8.5, va="top", linespacing=1.4, parse_math=False)
+        pages.savefig(page)
         lines = [line for each in reports for line in _lines(each)]
         if against is not None:
             lines[:0] = ["What differs in the inputs", *(line for name, *values in differing_inputs(
@@ -55,21 +64,6 @@ def report_pdf(report: Report, against: Report | None = None) -> bytes:
                       linespacing=1.35, parse_math=False)
             pages.savefig(page)
     return content.getvalue()
-
-
-def _first_page(reports: list[Report]) -> Figure:
-    """The verdict and the picture of each report, and below it what matters and what to change."""
-    page = Figure(figsize=_PAPER)
-    share = 0.92 / len(reports)
-    for number, report in enumerate(reports):
-        top = 0.96 - number * share
-        page.text(0.08, top, report.title, fontsize=14, va="top", parse_math=False)
-        above, below = list(_above(report, len(reports) == 1)), list(_below(report, len(reports) == 1))
-        page.text(0.08, top - 0.03, "\n".join(above), fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
-        text_end, under = top - 0.03 - _LINE * len(above), top - share + _LINE * len(below) + 0.01
-        plot.assessment(report.found, page.add_axes((0.14, under + 0.06, 0.78, text_end - under - 0.12)))
-        page.text(0.08, under, "\n".join(below), fontsize=8.5, va="top", linespacing=1.4, parse_math=False)
-    return page
 
 
 def _above(report: Report, alone: bool) -> Iterator[str]:

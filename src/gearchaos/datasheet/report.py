@@ -141,12 +141,7 @@ def _side(report: Report, prefix: str) -> dict[str, Any]:
                            _WIDTH),
         **{name: None if each is None else [changed_in_words(one, found) for one in each]
            for name, each in {**first, **changes}.items()},
-        **_evidence(found, prefix)}
-
-
-def _evidence(found: Assessment, prefix: str) -> dict[str, Any]:
-    """What the template shows below the first page of an assessment."""
-    return {
+        # below the first page
         "avoid": [{"torque": f"{each.torque:.6g}", "ratio": at_no_speed(each), "rows": rows(each, found.gears),
                    "below": [*filter(None, [beyond_in_words(each)]), *knocks_in_words(each)]}
                   for each in found.at],

@@ -113,23 +113,18 @@ def decision(found: Assessment) -> list[str]:
         f"{at.criterion}")
     if not at.load_change:
         return [first, *_usable(found)]
-    return [first, f"where {'' if at.wide else 'there may be '}{at.load_change}, {_after_a_load_change(windows)}",
-            *_usable(found)]
-
-
-def _after_a_load_change(windows: Sequence[Window]) -> str:
-    """Which ranges load changes add to those of operation, and the factor that these then reach if it is larger."""
-    met = [(part[0].reach[0], _stop(part)) for part in _merged([each for each in windows if each.operation])]
+    # which ranges load changes add to those of operation, and the factor that these then reach if it is larger
+    met_from = [(part[0].reach[0], _stop(part)) for part in _merged(met)]
     more = [window for window in windows if not window.operation and not any(
-        low <= window.reach[0] and window.reach[1] <= high for low, high in met)]
+        low <= window.reach[0] and window.reach[1] <= high for low, high in met_from)]
     words = f"avoid also {_ranges(more)}: {_at_worst(more)}" if more else (
         "avoid the same speeds" if met else "nothing is to be avoided, either")
     larger = [each.largest_after_load_change for each in windows if each.largest_after_load_change]
-    if not larger:
-        return words
-    most = max(larger, key=lambda each: each.dynamic_factor)
-    return (f"{words}; in the ranges before, the factor then reaches {measured(most.dynamic_factor, 3)} at "
-            f"{speed_in_words(most.speed, 0)} rpm")
+    if larger:
+        most = max(larger, key=lambda each: each.dynamic_factor)
+        words += (f"; in the ranges before, the factor then reaches {measured(most.dynamic_factor, 3)} at "
+                  f"{speed_in_words(most.speed, 0)} rpm")
+    return [first, f"where {'' if at.wide else 'there may be '}{at.load_change}, {words}", *_usable(found)]
 
 
 def _ranges(windows: Sequence[Window]) -> str:
@@ -183,16 +178,12 @@ def _usable(found: Assessment) -> list[str]:
         more = len(ranges) - _MOST_NAMED
         narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
         at_all = "at all torques " * (len(found.at) > 1)
-        out.append(f"usable {at_all}{name}: {_percent_of_speeds(share)} of {scanned(found)}"
+        out.append(f"usable {at_all}{name}: {100 * share:.1f} % of {scanned(found)}"
                    + f": {', '.join(ranges[:_MOST_NAMED])}{narrower}" * bool(ranges))
     if not any(each.load_change for each in found.at):
         return out[:1]
     first, _, same = out[0].partition(":")
     return [f"{first} and also {after}:{same}"] if out[1].endswith(f":{same}") else out
-
-
-def _percent_of_speeds(share: float) -> str:
-    return f"{100 * share:.1f} %"
 
 
 def worst(found: Assessment) -> str:
@@ -207,8 +198,15 @@ def worst(found: Assessment) -> str:
     motions = there["motion"].values.tolist()
     after = "" if set(motions) & set(OPERATION) else f" ({MOTIONS[motions[0]]})"
     root = root_in_words(found.gears, at.torque, part.dynamic_factor)
+    # the largest root stress where it is at another torque than the largest dynamic factor
+    peaks = [(peak_root_stress(found.gears, each.torque, each.largest.dynamic_factor), each) for each in found.at]
+    stress, there_at = max(((max(peak), each) for peak, each in peaks if peak is not None),
+                           key=lambda pair: pair[0], default=(0.0, at))
+    elsewhere = "" if there_at.torque == at.torque else (
+        f"; the largest root stress {measured(stress, 3)} {ROOT_STRESS.unit}, at {there_at.largest.largest_at} rpm and "
+        f"{there_at.torque:.6g} N m")
     return (f"the largest dynamic factor{after} is {measured(part.dynamic_factor, 3)}{root}, at "
-            f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{_largest_root(found, at.torque)}")
+            f"{part.largest_at} rpm and {at.torque:.6g} N m{meaning}{elsewhere}")
 
 
 def knocks_in_words(at: SpeedsToAvoid) -> list[str]:
@@ -218,19 +216,6 @@ def knocks_in_words(at: SpeedsToAvoid) -> list[str]:
             f"({measured(abs(knock.impulse), 2)} N m s), to "
             f"{f'what is {BEYOND}' if knock.beyond_the_teeth else f'a factor of {measured(knock.dynamic_factor, 3)}'}"
             for knock in at.knocks]
-
-
-def _largest_root(found: Assessment, torque: float) -> str:
-    """The largest root stress where it is at another torque than the largest dynamic factor; empty where it is not."""
-    peaks = [(peak_root_stress(found.gears, each.torque, each.largest.dynamic_factor), each) for each in found.at]
-    known = [(max(stress), each) for stress, each in peaks if stress is not None]
-    if not known:
-        return ""
-    stress, at = max(known, key=lambda pair: pair[0])
-    if at.torque == torque:
-        return ""
-    return (f"; the largest root stress {measured(stress, 3)} {ROOT_STRESS.unit}, at {at.largest.largest_at} rpm and "
-            f"{at.torque:.6g} N m")
 
 
 def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:
@@ -246,14 +231,10 @@ def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:
                 merged[-1].append(pair)
             else:
                 merged.append([pair])
-    widest = sorted(merged, key=_width)[-most:]
+    widest = sorted(merged, key=lambda part: max(window.reach[1] for _, window in part) - part[0][1].reach[0])[-most:]
     more = len(merged) - len(widest)
     return [_kept_out(part) for part in merged if part in widest] + (
         [f"{more} narrower range{'s' * (more > 1)}, in the tables"] if more else [])
-
-
-def _width(part: Sequence[tuple[float, Window]]) -> float:
-    return max(window.reach[1] for _, window in part) - part[0][1].reach[0]
 
 
 def _kept_out(part: Sequence[tuple[float, Window]]) -> str:
@@ -308,7 +289,18 @@ def _interval(found: RandomStates) -> str:
 
 def rows(at: SpeedsToAvoid, gears: Any, every: bool = True) -> list[Row]:
     """The ranges to avoid at a torque, rounded outwards; those that are minor only with ``every``."""
-    return [_row(window, at, gears) for window in at.windows if every or not window.minor]
+    out = []
+    for window in at.windows:
+        if every or not window.minor:
+            shares, factor = window.random_states, window.dynamic_factor
+            root, known = peak_root_stress(gears, at.torque, factor), math.isfinite(factor)
+            out.append(Row(
+                *edges(window), window.cause, met_in_words(window), measured(factor, 3) if known else "–",
+                window.largest_at if known else "–", "–" if root is None else measured(max(root), 3),
+                "–" if shares is None else f"{_percent(shares.fraction)} ({_interval(shares)})",
+                _event(window.begins_with, window.start_resolution, window.from_scan_start),
+                _event(window.ends_with, window.stop_resolution, window.to_scan_end)))
+    return out
 
 
 def beyond_in_words(at: SpeedsToAvoid) -> str:
@@ -332,18 +324,6 @@ def at_no_speed(at: SpeedsToAvoid) -> str:
     """The dynamic factor that the jumps of the stiffness make at any speed; empty where it is 1, or not known."""
     ratio = ratio_in_words(at.quasi_static_ratio)
     return f"dynamic factor {ratio} at speed 0" if ratio else ""
-
-
-def _row(window: Window, at: SpeedsToAvoid, gears: Any) -> Row:
-    shares, factor = window.random_states, window.dynamic_factor
-    root = peak_root_stress(gears, at.torque, factor)
-    known = math.isfinite(factor)
-    return Row(*edges(window), window.cause, met_in_words(window),
-               measured(factor, 3) if known else "–", window.largest_at if known else "–",
-               "–" if root is None else measured(max(root), 3),
-               "–" if shares is None else f"{_percent(shares.fraction)} ({_interval(shares)})",
-               _event(window.begins_with, window.start_resolution, window.from_scan_start),
-               _event(window.ends_with, window.stop_resolution, window.to_scan_end))
 
 
 def _event(kind: str, resolution: float, scan_end: bool) -> str:

@@ -30,7 +30,7 @@ from gearchaos.quantities import HARMONICS
 from gearchaos.validation import MAX_HARMONICS
 
 if TYPE_CHECKING:
-    from sympy import Basic, Eq, Expr, Symbol
+    from sympy import Eq, Expr, Symbol
     from sympy.core.function import AppliedUndef
 
 # The functions of τ that may be coordinates; z is none where it has a definition:
@@ -132,22 +132,19 @@ class SymbolicModel:
         sp, coordinates = sympy(), self.coordinates
         unknown = [sp.Dummy(f"a_{f.func.__name__}") for f in coordinates]
         second = {f.diff(symbol("tau"), 2): a for f, a in zip(coordinates, unknown, strict=True)}
-        rows = sp.Matrix([_inserted(e.lhs - e.rhs, self.definitions).xreplace(second) for e in self.equations])
+        written = [e.lhs - e.rhs for e in self.equations]
+        for _ in range(len(self.definitions) + 1):  # until no function with a definition is left
+            written = [each.subs(self.definitions).doit() for each in written]
+        left = set().union(*(each.atoms(*map(type, self.definitions)) for each in written))
+        if circular := left & set(self.definitions):
+            raise InputError("definitions", "must not lead back to themselves", ", ".join(sorted(map(str, circular))))
+        rows = sp.Matrix([each.xreplace(second) for each in written])
         matrix = rows.jacobian(unknown)
         if matrix.rows != matrix.cols or matrix.atoms(sp.Dummy) or matrix.det() == 0:
             raise InputError("equations", "must determine the second derivative of each coordinate", self.equations,
                              f"There are {len(self.equations)} equations for {', '.join(map(str, coordinates))}.")
         rest = rows.xreplace(dict.fromkeys(unknown, sp.S.Zero))
         return dict(zip(coordinates, -matrix.LUsolve(rest), strict=True))
-
-
-def _inserted(expression: Basic, definitions: Mapping[AppliedUndef, Expr]) -> Basic:
-    """An expression with definitions inserted until none of their functions is left, and derivatives carried out."""
-    for _ in range(len(definitions) + 1):
-        expression = expression.subs(definitions).doit()
-    if circular := expression.atoms(*map(type, definitions)) & set(definitions):
-        raise InputError("definitions", "must not lead back to themselves", ", ".join(sorted(map(str, circular))))
-    return expression
 
 
 def to_sympy(model: AnyModel) -> SymbolicModel:
@@ -183,8 +180,16 @@ def to_sympy(model: AnyModel) -> SymbolicModel:
     found.stiffness.check_one_spring("SymPy")
     values = {name: getattr(found, name) for name in SCALARS if has_effect(name, found.kind)}
     values |= {**harmonics(found.error, "eps", "theta"), **_numbered(found.stiffness.numbers())}
-    return SymbolicModel(_rows(found.kind), _definitions(found),
-                         {symbol(name): value for name, value in values.items()}, found.initial)
+    sp, z = sympy(), function("z")
+    lateral = function("y1") - function("y2") if found.kind == "full" else 0
+    relative = {} if found.kind == "single" else {z: function("x1") - function("x2") + lateral - function("epsilon")}
+    definitions = {
+        function("S"): _mesh_force(found.law), **relative,  # (2.5), (2.14)
+        function("f"): sp.Piecewise((z - 1, z > 1), (z + 1, z < -1), (0, True)),  # (2.13)
+        function("chi"): _stiffness(found.stiffness),  # (2.16) or (2.7)
+        function("epsilon"): _series(len(found.error.amplitudes), "eps", "theta")}  # (2.15)
+    return SymbolicModel(_rows(found.kind), definitions, {symbol(name): value for name, value in values.items()},
+                         found.initial)
 
 
 def from_sympy(symbolic: SymbolicModel) -> MeshModel:
@@ -263,20 +268,6 @@ def _rows(kind: str) -> tuple[Eq, ...]:
         y, mu, kappa, zeta = (function(f"y{n}"), *(symbol(f"{name}{n}") for name in SUPPORTS))
         rows.append(sp.Eq(mu * y.diff(tau, 2) + 2 * mu * zeta * y.diff(tau) + kappa * y + sign * force, 0))
     return tuple(rows)
-
-
-def _definitions(model: MeshModel) -> dict[AppliedUndef, Any]:
-    """The functions in the equations that are no coordinates: (2.5), (2.14), (2.13), (2.16) or (2.7), (2.15)."""
-    sp, z = sympy(), function("z")
-    lateral = function("y1") - function("y2") if model.kind == "full" else 0
-    relative = {} if model.kind == "single" else {z: function("x1") - function("x2") + lateral - function("epsilon")}
-    return {
-        function("S"): _mesh_force(model.law),
-        **relative,
-        function("f"): sp.Piecewise((z - 1, z > 1), (z + 1, z < -1), (0, True)),
-        function("chi"): _stiffness(model.stiffness),
-        function("epsilon"): _series(len(model.error.amplitudes), "eps", "theta"),
-    }
 
 
 def _mesh_force(law: DampingLaw) -> Any:
@@ -366,22 +357,19 @@ def _check_equal(given: SymbolicModel, expected: SymbolicModel) -> None:
     omega = next((float(v) for s, v in given.values.items() if s.name == "omega"), 1.0)
     tau = random.uniform(0, 6 * math.pi / omega, _STATES)  # in three mesh periods
     state = random.uniform(-2, 2, (2 * len(names), _STATES))  # in all contact states
-    for name, ours, theirs in zip(names, *(_accelerations(s, tau, state) for s in (expected, given)), strict=True):
+    sp, found = sympy(), []  # the second derivative of each coordinate, (N,), by both
+    for each in (expected, given):
+        plain = [sp.Dummy() for _ in range(2 * len(names))]  # x, x', …
+        values = dict(zip(each.coordinates, plain[::2], strict=True))
+        rates = {f.diff(symbol("tau")): rate for f, rate in zip(each.coordinates, plain[1::2], strict=True)}
+        numbers = {s: sp.Float(float(v), 17) for s, v in each.values.items()}
+        terms = [e.xreplace(rates).xreplace(values).xreplace(numbers) for e in each.accelerations().values()]
+        compute = sp.lambdify([symbol("tau"), *plain], terms, "numpy", cse=True)
+        found.append([np.broadcast_to(np.asarray(a, dtype=float), tau.shape) for a in compute(tau, *state)])
+    for name, ours, theirs in zip(names, *found, strict=True):
         wrong = np.abs(theirs - ours) > _TOLERANCE * (1 + np.abs(ours))
         if np.any(wrong) or not np.all(np.isfinite(theirs)):
             i = int(np.argmax(wrong))
             raise InputError(f"equation of {name}", "must be that of docs/model.md with the given values",
                              f"{name}'' = {theirs[i]:.12g} instead of {ours[i]:.12g} at τ = {tau[i]:.6g}",
                              "Print gearchaos.to_sympy(model).equations and .definitions for the form.")
-
-
-def _accelerations(symbolic: SymbolicModel, tau: np.ndarray, state: np.ndarray) -> list[np.ndarray]:
-    """The second derivative of each coordinate at times (N,) and states (2 count, N): x, x', …, each (N,)."""
-    sp, coordinates = sympy(), symbolic.coordinates
-    plain = [sp.Dummy() for _ in range(2 * len(coordinates))]
-    values = dict(zip(coordinates, plain[::2], strict=True))
-    rates = {f.diff(symbol("tau")): rate for f, rate in zip(coordinates, plain[1::2], strict=True)}
-    numbers = {s: sp.Float(float(v), 17) for s, v in symbolic.values.items()}
-    expressions = [e.xreplace(rates).xreplace(values).xreplace(numbers) for e in symbolic.accelerations().values()]
-    compute = sp.lambdify([symbol("tau"), *plain], expressions, "numpy", cse=True)
-    return [np.broadcast_to(np.asarray(a, dtype=float), tau.shape) for a in compute(tau, *state)]

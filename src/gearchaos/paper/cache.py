@@ -117,7 +117,20 @@ class ComputationCache:
                 return simulate(model, quality.portrait, transient=TRANSIENT)
             case "trajectory":
                 return simulate(model, quality.trajectory, transient=TRANSIENT, samples=SAMPLES)
-        return _orbits(study, self.study(study.found_in))  # attractors
+        # of attractors two cycles of the motion on each of the periods to show, as far as they were found, from one of
+        # its stroboscopic points; their names are such as "4T_2", the second 4T attractor
+        found = self.study(study.found_in)
+        dim, periods = found["attractor_label"].dims[0], found["attractor_period"].values
+        out: dict[str, xr.Dataset] = {}
+        for n in sorted(set(study.periods)):
+            wanted = np.flatnonzero(periods == n)[: study.periods.count(n)]
+            for i, index in enumerate(wanted, start=1):
+                start = {c: float(found[f"attractor_section_{c}"].isel({dim: index, "point": 0}))
+                         for c in ("z", "z_dot")}
+                ds = simulate(study.mesh_model.with_values(start), 2 * n, samples=4 * SAMPLES)
+                share = float(found["attractor_fraction"][index])
+                out[f"{n}T_{i}"] = ds.assign_attrs(orbit_period=n, share_of_starts=share)
+        return out
 
 
 def _described(values: Mapping[str, Any]) -> str:
@@ -127,20 +140,3 @@ def _described(values: Mapping[str, Any]) -> str:
 
 def _range(axis: Axis) -> str:
     return f"{axis.count} values of {axis.name} from {axis.start:g} to {axis.stop:g}"
-
-
-def _orbits(study: FigureStudy, found: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Two cycles of the motion on each attractor of the periods to show, as far as they were found.
-
-    They begin at one of its stroboscopic points. Their names are such as "4T_2", the second 4T attractor.
-    """
-    dim, periods = found["attractor_label"].dims[0], found["attractor_period"].values
-    out: dict[str, xr.Dataset] = {}
-    for n in sorted(set(study.periods)):
-        wanted = np.flatnonzero(periods == n)[: study.periods.count(n)]
-        for i, index in enumerate(wanted, start=1):
-            start = {c: float(found[f"attractor_section_{c}"].isel({dim: index, "point": 0})) for c in ("z", "z_dot")}
-            ds = simulate(study.mesh_model.with_values(start), 2 * n, samples=4 * SAMPLES)
-            share = float(found["attractor_fraction"][index])
-            out[f"{n}T_{i}"] = ds.assign_attrs(orbit_period=n, share_of_starts=share)
-    return out

@@ -114,24 +114,20 @@ def _figure(drawn: FinishedFigure, claims: Sequence[Claim]) -> dict[str, Any]:
         for name, r in study.axes.items():
             text = f"{symbol(name)} from {r.start:g} to {r.stop:g}".replace("-", "−")
             ranges.setdefault((text, r.range), {"text": text, "range": r.range, "why": r.why})
-    return {
-        "number": setting.number, "title": setting.title, "caption": setting.caption, "shows": setting.shows,
-        "found": drawn.found, "files": drawn.files, "png": base64.b64encode(drawn.png).decode(),
-        "width": width, "height": height, "settings": _settings(setting), "ranges": list(ranges.values()),
-        "claims": [c for c in claims if c.figure == setting.number],
-    }
-
-
-def _settings(figure: FigureSettings) -> list[str]:
-    """The parameters of every panel as text; panels with equal parameters share a line."""
-    lines: dict[str, list[str]] = {}
-    for name, study in figure.studies.items():
+    lines: dict[str, list[str]] = {}  # parameters as text, with the panels that share them
+    for name, study in setting.studies.items():
         values = ", ".join(f"{symbol(k)} = {v}" for k, v in study.model.items() if k != "kind")
         panels = lines.setdefault(f"{study.model['kind']} model, {values}", [])
         if name[0] not in panels and len(name.split("_")[0]) == 1:
             panels.append(name[0])
-    several = len(lines) > 1
-    return [(f"({', '.join(panels)}) " if several and panels else "") + text for text, panels in lines.items()]
+    parameters = [(f"({', '.join(panels)}) " if len(lines) > 1 and panels else "") + text
+                  for text, panels in lines.items()]
+    return {
+        "number": setting.number, "title": setting.title, "caption": setting.caption, "shows": setting.shows,
+        "found": drawn.found, "files": drawn.files, "png": base64.b64encode(drawn.png).decode(),
+        "width": width, "height": height, "settings": parameters, "ranges": list(ranges.values()),
+        "claims": [c for c in claims if c.figure == setting.number],
+    }
 
 
 _PLURAL = {HOLDS: "hold", DIGITS: "hold within the printed digits", MISPRINT: "misprints"}
@@ -269,25 +265,19 @@ def _equations() -> list[dict[str, Any]]:
     """
     out = []
     for number, alt_text, rows in _EQUATIONS:
-        svg = _svg(rows)
+        with matplotlib.rc_context(_STYLE):
+            figure, buffer = Figure(figsize=(9, 4)), BytesIO()
+            if len(rows) == 1:
+                figure.text(0.1, 0.5, f"${' '.join(rows[0])}$", fontsize=_SIZE)
+            else:  # aligned where the left parts end
+                for i, (left, right) in enumerate(rows):
+                    y = 0.9 - i * _LINE / 4
+                    figure.text(0.5, y, f"${left}$", ha="right", fontsize=_SIZE)
+                    figure.text(0.506, y, f"${right}$", ha="left", fontsize=_SIZE)
+            figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.02, transparent=True,
+                           metadata={"Date": None})
+        svg = buffer.getvalue().decode()
         points = float(svg.split('width="', 1)[1].split("pt", 1)[0])
         out.append({"number": number, "alt_text": alt_text, "width": round(points / _SIZE, 2),
                     "svg": base64.b64encode(svg.encode()).decode()})
     return out
-
-
-def _svg(rows: tuple[tuple[str, str], ...]) -> str:
-    """SVG of an equation of rows (left, right); several rows are aligned where the left parts end."""
-    with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(9, 4))
-        if len(rows) == 1:
-            figure.text(0.1, 0.5, f"${' '.join(rows[0])}$", fontsize=_SIZE)
-        else:
-            for i, (left, right) in enumerate(rows):
-                y = 0.9 - i * _LINE / 4
-                figure.text(0.5, y, f"${left}$", ha="right", fontsize=_SIZE)
-                figure.text(0.506, y, f"${right}$", ha="left", fontsize=_SIZE)
-        buffer = BytesIO()
-        figure.savefig(buffer, format="svg", bbox_inches="tight", pad_inches=0.02, transparent=True,
-                       metadata={"Date": None})
-    return buffer.getvalue().decode()

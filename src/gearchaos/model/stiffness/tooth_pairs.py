@@ -194,7 +194,12 @@ class ToothPairStiffness(Stiffness):
         gap += np.stack([v["crowning"] * p for p in (t * t, 2 * t * dt, dt * dt + 0 * t)], axis=-1)
         for n, beyond, way, rate in ((1, middle > 1, begin - 1, slope), (2, middle < 0, -begin, -slope)):
             if values[f"corner{n}"]:
-                corner = np.stack(_corner_gap(values[f"corner{n}"], way, rate, duration), axis=-1)
+                # the quadratic through the gap at the beginning, the middle and the end of each piece
+                polynomial = np.polynomial.Polynomial([0.0, 0.0, *values[f"corner{n}"]])
+                first, half, last = (polynomial(way + rate * duration * share) for share in (0.0, 0.5, 1.0))
+                length = np.where(duration > 0, duration, 1.0)
+                corner = np.stack([first, (4 * half - 3 * first - last) / length,
+                                   2 * (first - 2 * half + last) / length**2], axis=-1)
                 corner[..., 0] += v[f"relief{n}"] + v["crowning"]
                 gap = np.where(beyond[..., None], corner, gap)
         return gap
@@ -277,16 +282,6 @@ def _corner_marks(values: Mapping[str, Any], wheel: int) -> np.ndarray:
     steepest = np.abs(third(np.linspace(0.0, length, _LOOKS))).max()
     count = max(math.ceil(length * (steepest / (72 * math.sqrt(3) * _CORNER_TOLERANCE)) ** (1 / 3)), 1)
     return np.arange(1, count + 1) / count
-
-
-def _corner_gap(coefficients: Sequence[float], way: np.ndarray, rate: np.ndarray, duration: np.ndarray) -> tuple[
-        np.ndarray, np.ndarray, np.ndarray]:
-    """Coefficients (P, M, N) in the time since each piece began of the gap beyond an end of the path: the quadratic
-    through it at the beginning, the middle and the end of the piece; ``way`` is that at its beginning."""
-    gap = np.polynomial.Polynomial([0.0, 0.0, *coefficients])
-    first, middle, last = (gap(way + rate * duration * share) for share in (0.0, 0.5, 1.0))
-    length = np.where(duration > 0, duration, 1.0)
-    return first, (4 * middle - 3 * first - last) / length, 2 * (first - 2 * middle + last) / length**2
 
 
 def _pieces(crossed: np.ndarray) -> np.ndarray:
