@@ -30,7 +30,7 @@ from gearchaos.paper.cache import ComputationCache
 from gearchaos.paper.claims import CHECKS, _maps, _motions, records
 from gearchaos.paper.claims._claim import VERDICTS, CheckResult, PeriodicMotion
 from gearchaos.paper.figures import draw, spectral_comparison
-from gearchaos.paper.page import _claim, _flat, _maths, _proof_lines, proofs_in_words
+from gearchaos.paper.page import _claim, _flat, _maths, proofs_in_words
 from gearchaos.proof.certificate import Unproved, checksum
 from gearchaos.studies import load
 
@@ -376,11 +376,11 @@ def periodic_claim(period: int, count: int = 1) -> claims.Claim:
 def test_a_motion_that_is_not_proved_says_why(tmp_path, monkeypatch):
     (other,) = claims.prove_claims([periodic_claim(5)], tmp_path)
     assert _claim(other)["mark"] == "" and not list(tmp_path.iterdir())
-    assert _proof_lines(other)[0]["text"] == "5T at ε1 = 0.231: not proved, computed again, the motion is 6T"
+    assert _claim(other)["proofs"][0]["text"] == "5T at ε1 = 0.231: not proved, computed again, the motion is 6T"
     monkeypatch.setattr(claims, "prove", lambda verdict: Unproved("neutral", float("nan"), 512))
     (neutral,) = claims.prove_claims([periodic_claim(6)], tmp_path)
     assert json.loads(json.dumps(neutral.proofs, allow_nan=False))[0]["margin"] is None
-    assert _proof_lines(neutral)[0]["text"] == "6T at ε1 = 0.231: not proved, neutral"
+    assert _claim(neutral)["proofs"][0]["text"] == "6T at ε1 = 0.231: not proved, neutral"
     assert "0 of 1 periodic motions" in proofs_in_words([neutral])
 
 
@@ -388,7 +388,7 @@ def test_a_range_is_proved_at_the_values_computed_with_the_same_certificates_on_
     (again := tmp_path / "again").mkdir()
     (scan,), _ = claims.prove_claims([periodic_claim(6, 4)], tmp_path), claims.prove_claims([periodic_claim(6)], again)
     assert _claim(scan)["mark"] == "6T proved at 4 values"
-    (line,) = _proof_lines(scan)
+    (line,) = _claim(scan)["proofs"]
     assert line["text"].startswith("6T at 4 of the values of ε1 computed, from 0.231 to 0.2313: radius ")
     assert line["file"] == "certificates/x-6T-eps1-*.json"
     assert _claim(replace(scan, proofs=scan.proofs[:1], verdict="misprint"))["mark"] == ""

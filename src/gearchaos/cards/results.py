@@ -127,7 +127,24 @@ def _result(ds: xr.Dataset) -> Card:
         picture = _line(ds, str(ds[shown].dims[0]), shown).svg
     else:
         picture = draw(ds).svg if draw else ""
-    return Card(title, [*_axes(ds), *_found(ds, kind)], picture)
+    rows = [*_axes(ds)]
+    if (status := ds.attrs.get("status", "ok")) != "ok":
+        rows.append(("status", str(status)))
+    if kind in ("basins", "attractors"):
+        shares = zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)
+        rows.append(("attractors", ", ".join(f"{name} {100 * share:.3g} %" for name, share in shares)))
+    elif "label" in ds and ds["label"].ndim:
+        counts = Counter(motions(ds["label"], ds["period"]))
+        listed = [f"{name} {100 * n / ds['label'].size:.3g} %" for name, n in counts.most_common(_MOST_KINDS)]
+        rows.append(("motions", ", ".join(listed) + (", …" if len(counts) > _MOST_KINDS else "")))
+    if kind == "branch":
+        events = Counter(ds["event_kind"].values.tolist())
+        rows.append(("points", f"{ds.sizes['point']}, {100 * float((ds['unstable'] == 0).mean()):.3g} % stable"))
+        rows.append(("events", ", ".join(f"{n} {name}" for name, n in events.items()) or "none"))
+    if kind == "skeleton":
+        kinds = Counter(ds["curve_kind"].values.tolist())
+        rows.append(("curves", ", ".join(f"{n} {name}" for name, n in kinds.items()) or "none"))
+    return Card(title, rows, picture)
 
 
 def _axes(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
@@ -138,26 +155,6 @@ def _axes(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
             unit = str(array.attrs.get("units", ""))
             unit = f" {unit.replace('*', ' ')}" if unit in ("rpm", "N*m", "Hz", "mm", "µm", "ms") else ""
             yield str(name), f"{float(array[0]):.6g} to {float(array[-1]):.6g}{unit}, {len(values)} values"
-
-
-def _found(ds: xr.Dataset, kind: str) -> Iterator[tuple[str, str]]:
-    """What was found, in a few rows."""
-    if (status := ds.attrs.get("status", "ok")) != "ok":
-        yield "status", str(status)
-    if kind in ("basins", "attractors"):
-        shares = zip(attractor_names(ds), ds["attractor_fraction"].values, strict=True)
-        yield "attractors", ", ".join(f"{name} {100 * share:.3g} %" for name, share in shares)
-    elif "label" in ds and ds["label"].ndim:
-        counts = Counter(motions(ds["label"], ds["period"]))
-        shown = [f"{name} {100 * n / ds['label'].size:.3g} %" for name, n in counts.most_common(_MOST_KINDS)]
-        yield "motions", ", ".join(shown) + (", …" if len(counts) > _MOST_KINDS else "")
-    if kind == "branch":
-        events = Counter(ds["event_kind"].values.tolist())
-        yield "points", f"{ds.sizes['point']}, {100 * float((ds['unstable'] == 0).mean()):.3g} % stable"
-        yield "events", ", ".join(f"{n} {name}" for name, n in events.items()) or "none"
-    if kind == "skeleton":
-        kinds = Counter(ds["curve_kind"].values.tolist())
-        yield "curves", ", ".join(f"{n} {name}" for name, n in kinds.items()) or "none"
 
 
 def _zones(ds: xr.Dataset) -> Drawing:

@@ -233,22 +233,20 @@ def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:
                 merged.append([pair])
     widest = sorted(merged, key=lambda part: max(window.reach[1] for _, window in part) - part[0][1].reach[0])[-most:]
     more = len(merged) - len(widest)
-    return [_kept_out(part) for part in merged if part in widest] + (
-        [f"{more} narrower range{'s' * (more > 1)}, in the tables"] if more else [])
-
-
-def _kept_out(part: Sequence[tuple[float, Window]]) -> str:
-    """A range to keep out of, made of ranges to avoid that overlap: where, what happens, and the share of starts."""
-    first, last = part[0][1], max((window for _, window in part), key=lambda each: each.reach[1])
-    where, torques = f"{edges(first)[0]} to {edges(last)[1]} rpm", _torques(sorted({torque for torque, _ in part}))
-    if len(part) == 1:
-        return f"{where} at {torques}: {first.cause}, {likelihood(first)}"
-    torque, worst = max(part, key=lambda pair: _severity(pair[1]))
-    states = [window.random_states for _, window in part if window.random_states]
-    shares = [each.fraction for each in states]
-    ends = list(dict.fromkeys(map(_percent, (min(shares), max(shares))))) if shares else []
-    return f"{where}, {len(part)} ranges at {torques} merged: at worst {worst.cause} at {torque:.6g} N m" + (
-        f"; from {' to '.join(ends)} % of {_STATES[states[0].motion]}, by range and torque" if ends else "")
+    out = []
+    for part in (each for each in merged if each in widest):
+        first, last = part[0][1], max((window for _, window in part), key=lambda each: each.reach[1])
+        where, torques = f"{edges(first)[0]} to {edges(last)[1]} rpm", _torques(sorted({torque for torque, _ in part}))
+        if len(part) == 1:
+            out.append(f"{where} at {torques}: {first.cause}, {likelihood(first)}")
+            continue
+        torque, worst = max(part, key=lambda pair: _severity(pair[1]))
+        states = [window.random_states for _, window in part if window.random_states]
+        shares = [each.fraction for each in states]
+        ends = list(dict.fromkeys(map(_percent, (min(shares), max(shares))))) if shares else []
+        out.append(f"{where}, {len(part)} ranges at {torques} merged: at worst {worst.cause} at {torque:.6g} N m" + (
+            f"; from {' to '.join(ends)} % of {_STATES[states[0].motion]}, by range and torque" if ends else ""))
+    return out + [f"{more} narrower range{'s' * (more > 1)}, in the tables"] * bool(more)
 
 
 def likelihood(window: Window) -> str:

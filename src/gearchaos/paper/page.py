@@ -145,8 +145,16 @@ def _claim(claim: Claim) -> dict[str, Any]:
         mark = f"{', '.join(f'{n}T' for n in periods)} proved at {len(claim.proofs)} values"
     elif all_proved and claim.proofs and claim.verdict not in (CONTRADICTED, MISPRINT):
         mark = "theorem"
+    # what is proved, with the files, and what is not and why: a line for each motion, or for the values of a scan
+    proofs = [proof for proof in claim.proofs if proof.get("reason") != MISSING]
+
+    def shared(proof: dict[str, Any]) -> tuple[int, str]:  # by the values of a scan on one line
+        return proof["period"], proof.get("reason", "")
+
+    lines = [_proof_line([proof]) for proof in proofs] if len(proofs) <= _ONE_BY_ONE else [
+        _proof_line(list(same)) for _, same in groupby(sorted(proofs, key=shared), key=shared)]
     return {
-        **claim.to_dict(), "evidence": list(_flat(claim.evidence)), "proofs": _proof_lines(claim),
+        **claim.to_dict(), "evidence": list(_flat(claim.evidence)), "proofs": lines,
         "mark": mark, "all_proved": all_proved,
     }
 
@@ -162,23 +170,8 @@ def proofs_in_words(claims: Sequence[Claim]) -> str:
     return f"Proved in ball arithmetic: {count} of {len(proofs)} periodic motions behind the statements."
 
 
-def _proof_lines(claim: Claim) -> list[dict[str, str]]:
-    """What is proved of a claim with the files, and what is not and why: ``text`` and ``file``, empty if there is none.
-
-    One line for each motion, or for the values of a scan.
-    """
-    proofs = [proof for proof in claim.proofs if proof.get("reason") != MISSING]
-    if len(proofs) <= _ONE_BY_ONE:
-        return [_proof_line([proof]) for proof in proofs]
-
-    def shared(proof: dict[str, Any]) -> tuple[int, str]:  # by the values of a scan on one line
-        return proof["period"], proof.get("reason", "")
-
-    return [_proof_line(list(same)) for _, same in groupby(sorted(proofs, key=shared), key=shared)]
-
-
 def _proof_line(proofs: list[dict[str, Any]]) -> dict[str, str]:
-    """The line of one motion, or of several that differ in the value of one parameter."""
+    """The ``text`` and ``file`` of one motion, or of several that differ in the value of one parameter."""
     first, where = proofs[0], ""
     for name in first["at"]:
         values = [proof["at"][name] for proof in proofs]

@@ -167,22 +167,11 @@ def modes(ds: xr.Dataset, ax: Axes | None = None, *, most: int = 16) -> Axes:
     ax.invert_yaxis()
     for first, count, name in ((0, bodies, "kinetic energy"), (bodies + 1, elements, "strain energy")):
         ax.text(first + count / 2, -0.2, name, ha="center", va="bottom", fontsize="small")
-    _write_shares(ax, shown, share, centres)
-    return ax
-
-
-def _write_shares(ax: Axes, ds: xr.Dataset, share: np.ndarray, columns: list[int]) -> None:
-    """Write shares into cells that are large enough."""
     box = ax.get_window_extent()
     cell = min(box.width / share.shape[1] / 2.6, box.height / len(share) / _LINE_HEIGHT) * 72 / ax.figure.dpi
-    size = min(0.8 * rcParams["font.size"], cell)
-    if size < 4:
-        return
-    angle = ds["mode_angle"].values
-    for i in range(len(share)):
-        for column in columns:
-            if (value := share[i, column]) < _LEAST_SHARE:
-                continue
-            sign = "" if column >= angle.shape[1] else "−" if angle[i, column] < 0 else "+"
-            ax.text(column + 0.5, i + 0.5, f"{sign}{100 * value:.0f}", ha="center", va="center", fontsize=size,
-                    color=adapt("black") if value < 0.6 else adapt(BACKGROUND))
+    size, angle = min(0.8 * rcParams["font.size"], cell), shown["mode_angle"].values
+    for i, column in np.argwhere(share >= _LEAST_SHARE).tolist() if size >= 4 else ():
+        value, sign = share[i, column], "" if column >= bodies else "−" if angle[i, column] < 0 else "+"
+        ax.text(column + 0.5, i + 0.5, f"{sign}{100 * value:.0f}", ha="center", va="center", fontsize=size,
+                color=adapt("black") if value < 0.6 else adapt(BACKGROUND))
+    return ax

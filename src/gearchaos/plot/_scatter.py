@@ -64,8 +64,20 @@ def scatter(ds: xr.Dataset, figure: Figure | None = None) -> Figure:
     colours = [adapt(each) for each in (INK, STROBE)[:count]] if count <= 2 else [
         adapt(to_hex(colormaps["plasma"](share))) for share in np.linspace(0.0, 0.8, count)]
     _draw_probabilities(above, ds.sel(outcome=OUTCOMES[0]), along, colours)
+    inputs, width = ds["varied"].values.tolist(), _BARS / (len(_INDICES) * len(colours))
     for ax in below:
-        _draw_indices(ax, ds.sel(output=OUTPUTS[0]), colours)
+        for t, colour in enumerate(colours):
+            one = ds.sel(output=OUTPUTS[0]).isel(torque=t)
+            for n, (name, _, alpha) in enumerate(_INDICES):  # those of the first order pale beside the total ones
+                at = np.arange(len(inputs)) + (len(_INDICES) * t + n + 0.5) * width - _BARS / 2
+                values = one[name].values
+                ends = np.abs(np.stack([values - one[f"{name}_lo"].values, one[f"{name}_hi"].values - values]))
+                ax.bar(at, values, width, color=colour, alpha=alpha, yerr=ends, ecolor=adapt("#555555"),
+                       error_kw={"linewidth": 0.8}, capsize=1.5)
+        ax.set_xticks(range(len(inputs)), inputs)
+        ax.axhline(0, color=adapt(INK), linewidth=0.6)
+        ax.set_ylabel("index for the share of\nspeeds with contact loss")
+        draw_legend(ax, [Patch(facecolor=adapt("#555555"), alpha=alpha, label=label) for _, label, alpha in _INDICES])
     return figure
 
 
@@ -88,21 +100,3 @@ def _draw_probabilities(ax: Axes, ds: xr.Dataset, along: str, colours: list[str]
         handles.append(Line2D([], [], color=colours[0], linewidth=1.0, alpha=0.45, label="after a change of the load"))
     if handles:
         draw_legend(ax, handles)
-
-
-def _draw_indices(ax: Axes, ds: xr.Dataset, colours: list[str]) -> None:
-    """Bars of the indices of each input, those of the first order pale beside the total ones."""
-    inputs = ds["varied"].values.tolist()
-    width = _BARS / (len(_INDICES) * len(colours))
-    for t, colour in enumerate(colours):
-        one = ds.isel(torque=t)
-        for n, (name, _, alpha) in enumerate(_INDICES):
-            at = np.arange(len(inputs)) + (len(_INDICES) * t + n + 0.5) * width - _BARS / 2
-            values = one[name].values
-            ends = np.abs(np.stack([values - one[f"{name}_lo"].values, one[f"{name}_hi"].values - values]))
-            ax.bar(at, values, width, color=colour, alpha=alpha, yerr=ends, ecolor=adapt("#555555"),
-                   error_kw={"linewidth": 0.8}, capsize=1.5)
-    ax.set_xticks(range(len(inputs)), inputs)
-    ax.axhline(0, color=adapt(INK), linewidth=0.6)
-    ax.set_ylabel("index for the share of\nspeeds with contact loss")
-    draw_legend(ax, [Patch(facecolor=adapt("#555555"), alpha=alpha, label=label) for _, label, alpha in _INDICES])

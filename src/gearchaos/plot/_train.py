@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -46,7 +45,9 @@ class _Scheme:
                 if not any(math.isclose(radius, other, rel_tol=1e-6) for other in self.radii[name]):
                     self.radii[name].append(radius)
         self.centres: dict[str, tuple[float, float]] = {}
-        self.common = {name: body.carrier for body in train.bodies if body.carrier for name in self._around(body)}
+        self.common = {name: body.carrier for body in train.bodies if body.carrier for name in (  # on whose axis it is
+            body.carrier, *(name for mesh in train.meshes if body.name in mesh.between for name in mesh.between
+                            if train.body(name).carrier is None))}
         self._place(train.bodies[0].name, (0.0, 0.0))
         shafts = [(None, shaft.between) for shaft in train.shafts if GROUND not in shaft.between]
         links: list[tuple[Mesh | None, tuple[str, str]]] = [*((mesh, mesh.between) for mesh in train.meshes), *shafts]
@@ -58,13 +59,6 @@ class _Scheme:
         power = 1.0 if any(body.carrier for body in self.train.bodies) else _EVEN
         a, b = ((radius / self.unit) ** power * self.unit for radius in mesh.base_radii)
         return a, b
-
-    def _around(self, planet: Body) -> Iterable[str]:
-        """The bodies on the axis of a planet's carrier."""
-        yield str(planet.carrier)
-        for mesh in self.train.meshes:
-            if planet.name in mesh.between:
-                yield from (name for name in mesh.between if self.train.body(name).carrier is None)
 
     def radius(self, name: str) -> float:
         """Of the largest wheel of a body."""

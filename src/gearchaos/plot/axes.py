@@ -254,7 +254,15 @@ def draw_legend(host: Axes | Figure, handles: Sequence[Artist], fit_to: Axes | N
     if isinstance(host, Figure) or "ncols" in options:
         columns = options.pop("ncols", min(len(handles), _COLUMNS))
         return host.legend(handles=by_rows(columns), ncols=columns, **options)
-    width = _available_width(fit_to or host)
+    # from the left edge of the Axes, after layout, to the right edge of its grid cell, in pixels
+    ax = fit_to or host
+    figure, spec = ax.get_figure(root=False), ax.get_subplotspec()
+    assert figure is not None
+    start, end, count = (spec.colspan.start, spec.colspan.stop, spec.get_gridspec().ncols) if spec else (0, 1, 1)
+    left, right = (figure.bbox.x0 + figure.bbox.width * edge / count for edge in (start, end))
+    drawn = ax.get_tightbbox()
+    width = right - ax.bbox.x0 if figure.get_layout_engine() is None else right - left - _PAD * figure.dpi - (
+        0.0 if drawn is None else ax.bbox.x0 - drawn.x0)
     sizes = rcParams["legend.fontsize"], "small", "x-small"  # a smaller font is preferred to a single column
     layouts = [(size, columns) for size in sizes for columns in range(len(handles), 1, -1)]
     for size, columns in [*layouts, ("small", 1), ("xx-small", 1)]:
@@ -262,21 +270,8 @@ def draw_legend(host: Axes | Figure, handles: Sequence[Artist], fit_to: Axes | N
         drawn = made.get_window_extent()
         if drawn.width <= width and drawn.height <= _TALLEST * made.figure.bbox.height:
             break
-    _make_space(fit_to or host, made, "top")
+    _make_space(ax, made, "top")
     return made
-
-
-def _available_width(ax: Axes) -> float:
-    """Width in pixels from the left edge of an Axes, after layout, to the right edge of its grid cell."""
-    figure, spec = ax.get_figure(root=False), ax.get_subplotspec()
-    assert figure is not None
-    columns = (spec.colspan.start, spec.colspan.stop, spec.get_gridspec().ncols) if spec else (0, 1, 1)
-    left, right = (figure.bbox.x0 + figure.bbox.width * end / columns[2] for end in columns[:2])
-    if figure.get_layout_engine() is None:
-        return right - ax.bbox.x0
-    drawn = ax.get_tightbbox()
-    labels = 0.0 if drawn is None else ax.bbox.x0 - drawn.x0
-    return right - left - labels - _PAD * figure.dpi
 
 
 def _make_space(ax: Axes, made: Legend, side: Literal["top", "right"]) -> None:

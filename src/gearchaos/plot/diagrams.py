@@ -281,7 +281,18 @@ def branch(ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, l
     ax, section, axis = new_axes(ax), ds[f"section_{name}"], axis_of(ds)
     over_diagram = bool(ax.images)
     limits = ax.get_xlim(), ax.get_ylim()
-    handles = _draw_lines(ds, ax, section.values, _at_events(ds, name))
+    # a result has the first point of the orbit at an event; the others are interpolated between the points before and
+    # after the event, at the share of the step at which the first one is
+    points, first, row = section.values, ds[f"event_section_{name}"].values, _rows(ds)
+    at_events = np.full((len(first), points.shape[1]), np.nan)
+    for i, before in enumerate(ds["event_point"].values.tolist()):
+        ends = [points[row[position]] for position in (before, before + 1) if position in row]
+        if ends:
+            a, b = ends[0], ends[-1]
+            step = b[0] - a[0]
+            at_events[i] = a + (np.clip((first[i] - a[0]) / step, 0, 1) * (b - a) if step else 0)
+            at_events[i, 0] = first[i]
+    handles = _draw_lines(ds, ax, section.values, at_events)
     if over_diagram:
         ax.set(xlim=limits[0], ylim=limits[1])
         return ax
@@ -289,24 +300,6 @@ def branch(ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, l
     if legend:
         draw_legend(ax, handles)
     return ax
-
-
-def _at_events(ds: xr.Dataset, name: str) -> np.ndarray:
-    """The stroboscopic points of the orbits at events, (E, n).
-
-    A result has the first one of each; the others are interpolated between the points before and after the event, at
-    the share of the step at which the first one is.
-    """
-    section, first, row = ds[f"section_{name}"].values, ds[f"event_section_{name}"].values, _rows(ds)
-    out = np.full((len(first), section.shape[1]), np.nan)
-    for i, before in enumerate(ds["event_point"].values.tolist()):
-        ends = [section[row[position]] for position in (before, before + 1) if position in row]
-        if ends:
-            a, b = ends[0], ends[-1]
-            step = b[0] - a[0]
-            out[i] = a + (np.clip((first[i] - a[0]) / step, 0, 1) * (b - a) if step else 0)
-            out[i, 0] = first[i]
-    return out
 
 
 _EVENTS: dict[str, dict[str, Any]] = {
@@ -369,27 +362,20 @@ def response_curve(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = 
         style = {"markersize": 5, "markeredgewidth": 1.2, "markerfacecolor": BACKGROUND, **_EVENTS.get(kind, _OTHER)}
         handles += ax.plot(ds["event_value"].values[own], ds[f"event_{y}"].values[own], linestyle="none", zorder=4,
                            label=event_words(kind), **adapt_style(style))
-    if jumps := _jumps(ds, y):
+    x, row, jumps = ds[axis].values, _rows(ds), False
+    for value, after in zip(ds["jump_value"].values.tolist(), ds["jump_point"].values.tolist(), strict=True) if (
+            "jump_value" in ds) else ():
+        (events,) = np.nonzero((ds["event_value"].values == value) & (kinds == "fold"))
+        if len(events) and after in row and after + 1 in row:  # it leads to an orbit of the branches
+            ends, jumps = [row[after], row[after + 1]], True
+            share = (value - x[ends[0]]) / (x[ends[1]] - x[ends[0]])
+            low, high = ds[y].values[ends]
+            ax.annotate("", (value, float(low + share * (high - low))), (value, float(ds[f"event_{y}"][events[0]])),
+                        arrowprops=adapt_style(_JUMP), zorder=3)
+    if jumps:
         handles.append(Line2D([], [], color=adapt(STROBE), marker=">", markersize=5, linewidth=1.1, label="jump"))
-    for value, start, end in jumps:
-        ax.annotate("", (value, end), (value, start), arrowprops=adapt_style(_JUMP), zorder=3)
     ax.set(xlabel=axis_label(ds[axis], axis), ylabel=value_label(ds, y, ax, beside=ds[axis]))
     ax.margins(0.03, 0.06)
     if legend:
         draw_legend(ax, handles)
     return ax
-
-
-def _jumps(ds: xr.Dataset, y: str) -> list[tuple[float, float, float]]:
-    """The parameter, and the response before and after, of the jumps that lead to an orbit of the branches."""
-    if "jump_value" not in ds:
-        return []
-    x, found, row = ds[axis_of(ds)].values, [], _rows(ds)
-    for value, after in zip(ds["jump_value"].values.tolist(), ds["jump_point"].values.tolist(), strict=True):
-        (events,) = np.nonzero((ds["event_value"].values == value) & (ds["event_kind"].values == "fold"))
-        if len(events) and after in row and after + 1 in row:
-            ends = [row[after], row[after + 1]]
-            share = (value - x[ends[0]]) / (x[ends[1]] - x[ends[0]])
-            low, high = ds[y].values[ends]
-            found.append((value, float(ds[f"event_{y}"][events[0]]), float(low + share * (high - low))))
-    return found

@@ -82,7 +82,16 @@ def reduced(
         for state, count in counts.items():
             out[state[:-1]] += count
         counts, coded = out, False
-    data = cells.rarest(_ranked(chosen, counts, colour), [*names, shown] if coded and shown else names)
+    ranked = [state for state in counts if state[0] > 0]  # those of computed cells
+    if ranked:  # from those of the most frequent class to those of the rarest
+        each = _cells(chosen, ranked)
+        named = named_classes(each, colour) if colour is not None and colour in each else None
+        index = motion_class(each["label"], each["period"]) if named is None else named[0]
+        members, classes = Counter[int](), dict(zip(ranked, index.tolist(), strict=True))
+        for state in ranked:
+            members[classes[state]] += counts[state]
+        ranked.sort(key=lambda s: (-members[classes[s]], classes[s], -counts[s], s))
+    data = cells.rarest(ranked, [*names, shown] if coded and shown else names)
     if shown and not coded:
         data[shown] = cells.mean(shown)
     ny, nx = dataset["label"].shape
@@ -95,21 +104,6 @@ def _cells(dataset: xr.Dataset, states: Mapping[State, int] | Sequence[State]) -
     columns = np.array(list(states)).T
     names = [n for n in dataset.data_vars][: len(columns)]
     return xr.Dataset({n: ("state", v, dataset[n].attrs) for n, v in zip(names, columns, strict=True)})
-
-
-def _ranked(dataset: xr.Dataset, counts: Mapping[State, int], colour: str | None) -> list[State]:
-    """The states of computed cells, from those of the most frequent class to those of the rarest."""
-    states = [s for s in counts if s[0] > 0]
-    if not states:
-        return []
-    cells = _cells(dataset, states)
-    named = named_classes(cells, colour) if colour is not None and colour in cells else None
-    index = motion_class(cells["label"], cells["period"]) if named is None else named[0]
-    members: Counter[int] = Counter()
-    for state, number in zip(states, index.tolist(), strict=True):
-        members[number] += counts[state]
-    classes = dict(zip(states, index.tolist(), strict=True))
-    return sorted(states, key=lambda s: (-members[classes[s]], classes[s], -counts[s], s))
 
 
 @dataclass

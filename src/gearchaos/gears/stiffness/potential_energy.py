@@ -319,17 +319,16 @@ class ToothPairs:
         wide = [f"wheel {n}: half the angle of the tooth at the root circle is {angle:.3g} rad; Sainsot's compliance "
                 f"of the wheel body is fitted up to {ROOT_ANGLES[1]} rad only"
                 for n, angle in enumerate(angles, 1) if angle > ROOT_ANGLES[1]]
-        return (*map(self._note_on_bore, small), *wide)
-
-    def _note_on_bore(self, wheel: int) -> str:
-        """What is taken for a body with a bore below Sainsot's range, and how much the bore matters there."""
-        taken, most = list(self.body_bore), BODY_RATIOS[1]
-        wider = [*taken[:wheel], taken[wheel] * most / _COMPARED_RATIO, *taken[wheel + 1:]]
-        one, other = (ToothPairs(self.geometry, self.materials, (first, second)).curve().mean
-                      for first, second in (taken, wider))
-        return (f"wheel {wheel + 1}: the root diameter is more than {most:g} bores, beyond Sainsot's compliance of the "
+        notes, taken, most = [], list(self.body_bore), BODY_RATIOS[1]
+        for wheel in small:  # what is taken for their bodies, and how much the bore matters there
+            wider = [*taken[:wheel], taken[wheel] * most / _COMPARED_RATIO, *taken[wheel + 1:]]
+            one, other = (ToothPairs(self.geometry, self.materials, (first, second)).curve().mean
+                          for first, second in (taken, wider))
+            notes.append(
+                f"wheel {wheel + 1}: the root diameter is more than {most:g} bores, beyond Sainsot's compliance of the "
                 f"wheel body; it is that of a bore of {1e3 * taken[wheel]:.3g} mm. One of {1e3 * wider[wheel]:.3g} mm "
                 f"would change the mean stiffness by {other / one - 1:+.1%}")
+        return (*notes, *wide)
 
     def stiffness(
         self, first: np.ndarray, second: np.ndarray, cracks: tuple[float, float] = (0.0, 0.0)

@@ -214,27 +214,19 @@ class TrainModel(GearModel):
         train = replace(self.train, reference=self.units, **law)
         point = {n: to_si(n, flat[n], unit) for n, unit in (("speed", SPEED), ("torque", TORQUE)) if n in flat}
         train = train.at(**point) if point else train
-        for name, found in self._known.items():
-            if name in flat:
-                train = _with_part(train, found, flat[name])
+        for name, found in ((n, p) for n, p in self._known.items() if n in flat):
+            parts = list(getattr(train, found.kind))
+            (i,) = (i for i, part in enumerate(parts) if part.name == found.owner)
+            try:
+                if found.field == "stiffness" and isinstance(parts[i], Mesh):  # one that varies keeps its form
+                    parts[i] = parts[i].with_mean_stiffness(flat[name], found.value)
+                else:
+                    parts[i] = replace(parts[i], **{found.field: flat[name]})
+            except InputError as error:
+                raise InputError(field_of(parts[i], error.field), error.rule, error.value, error.advice) from None
+            train = train.unbalanced(**{found.kind: tuple(parts)})
         train.check_balance()
         return replace(self, train=train, initial=initial)
-
-
-def _with_part(train: Train, parameter: _Parameter, value: Any) -> Train:
-    """The train with one value of a part; a mesh stiffness that varies keeps its form."""
-    def changed(part: Any) -> Any:
-        if part.name != parameter.owner:
-            return part
-        try:
-            if parameter.field == "stiffness" and isinstance(part, Mesh):
-                return part.with_mean_stiffness(value, parameter.value)
-            return replace(part, **{parameter.field: value})
-        except InputError as error:
-            raise InputError(field_of(part, error.field), error.rule, error.value, error.advice) from None
-
-    parts = [changed(part) for part in getattr(train, parameter.kind)]
-    return train.unbalanced(**{parameter.kind: tuple(parts)})
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,13 @@ def modes(train: Train) -> Modes:
     names = tuple(dict.fromkeys(owners))
     of = np.array([names.index(owner) for owner in owners])
     first = [int(np.argmax(of == i)) for i in range(len(names))]
-    angle, displacement, kinetic = _of_bodies(train, shapes)
+    angle, displacement = np.zeros((len(shapes), len(train.bodies))), np.zeros((len(shapes), len(train.bodies), 2))
+    for b, body in enumerate(train.bodies):
+        if not body.prescribed:
+            angle[:, b] = found.sense(body.name) * shapes[:, found.index[body.name, "angle"]]
+        displacement[:, b] = shapes @ found.centre(body).T
+    inertia, weight = (np.array([getattr(body, name) or 0.0 for body in train.bodies]) for name in ("inertia", "mass"))
+    kinetic = inertia * angle**2 + weight * (displacement**2).sum(axis=2)  # of unit modal mass
     largest = np.abs(kinetic).argmax(axis=1)
     forward = np.where(angle[np.arange(len(angle)), largest] < 0, -1.0, 1.0)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -58,16 +64,3 @@ def modes(train: Train) -> Modes:
     return Modes(frequency, ratio, forward * angle, forward[:, :, None] * displacement, kinetic, names,
                  forward * deflection[:, first],
                  np.stack([energy[:, of == i].sum(axis=1) for i in range(len(names))], axis=1))
-
-
-def _of_bodies(train: Train, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angles (M, B), displacements (M, B, 2) and kinetic energies (M, B) of the bodies in modes of unit modal mass."""
-    found = structure(train)
-    angle = np.zeros((len(shapes), len(train.bodies)))
-    moved = np.zeros((*angle.shape, 2))
-    for b, body in enumerate(train.bodies):
-        if not body.prescribed:
-            angle[:, b] = found.sense(body.name) * shapes[:, found.index[body.name, "angle"]]
-        moved[:, b] = shapes @ found.centre(body).T
-    inertia, mass = (np.array([getattr(body, name) or 0.0 for body in train.bodies]) for name in ("inertia", "mass"))
-    return angle, moved, inertia * angle**2 + mass * (moved**2).sum(axis=2)

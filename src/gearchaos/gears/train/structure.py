@@ -179,13 +179,12 @@ class Structure:
 
     def mass(self, value: Value) -> np.ndarray:
         """The mass matrix (P, n, n)."""
-        size = len(self.index)
-        inertia = {body.name: value(body.name, "inertia", body.inertia) for body in self.free}
-        out = np.zeros((max((len(v) for v in inertia.values()), default=1), size, size))
+        inertia = self._at_angles({body.name: value(body.name, "inertia", body.inertia) for body in self.free})
+        out = np.zeros((*inertia.shape, inertia.shape[1]))
         for body in self.train.bodies:
             if not body.prescribed:
                 i = self.index[body.name, "angle"]
-                out[:, i, i] += inertia[body.name]
+                out[:, i, i] += inertia[:, i]
             if body.mass is not None:
                 moved = self.centre(body)
                 out += body.mass * moved.T @ moved
@@ -193,11 +192,9 @@ class Structure:
 
     def torques(self, value: Value) -> np.ndarray:
         """Mean generalised forces (P, n)."""
-        given = {body.name: value(body.name, "torque", self.train.torque_of(body)) for body in self.free}
-        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self.index)))
-        for name, torque in given.items():
-            out[:, self.index[name, "angle"]] = torque * self.sense(name)
-        return out
+        return self._at_angles({
+            body.name: value(body.name, "torque", self.train.torque_of(body)) * self.sense(body.name)
+            for body in self.free})
 
     def imbalance(self, value: Value) -> tuple[np.ndarray, np.ndarray]:
         """The mean torque left over in each motion that deflects nothing, and the sum of the magnitudes of all, each
@@ -211,10 +208,13 @@ class Structure:
 
     def ground_damping(self, value: Value) -> np.ndarray:
         """Damping of the angles to the housing, (P, n): the diagonal of a matrix."""
-        given = {body.name: value(body.name, "damping", body.damping) for body in self.free}
-        out = np.zeros((max((len(v) for v in given.values()), default=1), len(self.index)))
-        for name, damping in given.items():
-            out[:, self.index[name, "angle"]] = damping
+        return self._at_angles({body.name: value(body.name, "damping", body.damping) for body in self.free})
+
+    def _at_angles(self, values: dict[str, np.ndarray]) -> np.ndarray:
+        """Values (P,) of bodies by name at the places of their angles, (P, n), others 0."""
+        out = np.zeros((max((len(v) for v in values.values()), default=1), len(self.index)))
+        for name, value in values.items():
+            out[:, self.index[name, "angle"]] = value
         return out
 
     @cached_property

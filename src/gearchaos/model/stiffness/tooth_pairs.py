@@ -168,7 +168,13 @@ class ToothPairStiffness(Stiffness):
                  *(np.full_like(ratio, start) for start in values["starts"][1:]),
                  *(1 + share * after for share in _corner_marks(values, 1)),
                  *(-share * before for share in _corner_marks(values, 2))]
-        edges = _pieces(((np.concatenate(marks, axis=2) - first) / slope).reshape(size, -1))
+        crossed = ((np.concatenate(marks, axis=2) - first) / slope).reshape(size, -1)
+        inside = np.where((crossed > _SHORT) & (crossed < 1 - _SHORT), crossed, np.round(np.clip(crossed, 0.0, 1.0)))
+        edges = np.sort(np.hstack([np.zeros((size, 1)), inside]), axis=1)
+        for n in range(1, edges.shape[1]):  # marks as good as equal are one
+            edges[:, n] = np.where(edges[:, n] - edges[:, n - 1] > _SHORT, edges[:, n], edges[:, n - 1])
+        # pieces without length stay only beside a point that has one there
+        edges = edges[:, np.any(np.diff(edges, axis=1, append=1.0) > 0, axis=0)]
         middle = first + slope * (edges + np.diff(edges, axis=1, append=1.0) / 2)[:, None, :]
         begin = first + slope * edges[:, None, :]
         level = np.searchsorted(values["starts"], middle, side="right") - 1
@@ -282,14 +288,3 @@ def _corner_marks(values: Mapping[str, Any], wheel: int) -> np.ndarray:
     steepest = np.abs(third(np.linspace(0.0, length, _LOOKS))).max()
     count = max(math.ceil(length * (steepest / (72 * math.sqrt(3) * _CORNER_TOLERANCE)) ** (1 / 3)), 1)
     return np.arange(1, count + 1) / count
-
-
-def _pieces(crossed: np.ndarray) -> np.ndarray:
-    """Where the pieces of the mesh period begin, (P, N), from the marks crossed in it; those as good as equal are one,
-    and pieces without length stay only beside a point that has one there.
-    """
-    inside = np.where((crossed > _SHORT) & (crossed < 1 - _SHORT), crossed, np.round(np.clip(crossed, 0.0, 1.0)))
-    edges = np.sort(np.hstack([np.zeros((len(crossed), 1)), inside]), axis=1)
-    for n in range(1, edges.shape[1]):
-        edges[:, n] = np.where(edges[:, n] - edges[:, n - 1] > _SHORT, edges[:, n], edges[:, n - 1])
-    return edges[:, np.any(np.diff(edges, axis=1, append=1.0) > 0, axis=0)]
