@@ -29,22 +29,11 @@ Convert = Callable[[xr.Dataset], xr.Dataset]
 def export_dataset(dataset: xr.Dataset, stored: Collection[str], block: Block, path: Path, convert: Convert) -> None:
     """Write a Dataset as NetCDF with checksums; the file appears, or replaces an older one, only when it is complete.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Only a block of one of its ``stored`` variables at a time is held in memory, and all other variables.
-    stored : collection of str
-        Names of the variables over all dimensions of the grid, perhaps with further ones.
-    block : mapping of str to int
-        Sizes of a block along the dimensions of the grid; they are also those of the chunks of the file.
-    path : Path
-    convert : callable
-        Applied to each block with all coordinates. It may change values and attributes, but no names and dimensions.
-
-    Raises
-    ------
-    OSError
-        With the path, if the file cannot be written, for example on a full disk.
+    Only a block of one of its ``stored`` variables, those over all dimensions of the grid, perhaps with further ones,
+    is held in memory at a time, and all other variables. ``block`` has the sizes of a block along the dimensions of the
+    grid, which are also those of the chunks of the file. ``convert`` is applied to each block with all coordinates; it
+    may change values and attributes, but no names and dimensions. Raises OSError with the path, if the file cannot be
+    written, for example on a full disk.
     """
     partial = path.with_name(f".{uuid4().hex}.partial")  # the file's own name could make this too long
     try:

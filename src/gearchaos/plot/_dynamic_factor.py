@@ -102,7 +102,14 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
         by_standards += ax.plot(
             speed, values, **adapt_style({"label": standard.label + where, "linewidth": 1.3, **style}))
     draw_computed(ax, computed)
-    computed += _quasi_static(ax, motions)
+    if (ratio := float(next(iter(motions.values()))["quasi_static_ratio"])) > 1 + _ROUNDING:
+        largest = np.fmax.reduce([each["dynamic_factor"].values for each in motions.values()])
+        thin: dict[str, Any] = {"color": adapt(INK), "linewidth": 0.7, "zorder": 3}
+        ax.axhline(ratio, linestyle=(0, (1, 2)), label="quasi-static ratio", **thin)
+        ax.annotate("quasi-static ratio", (0.99, ratio), xycoords=ax.get_yaxis_transform(), va="center", ha="right",
+                    fontsize="x-small", color=adapt(INK), zorder=5,
+                    bbox={"facecolor": ax.get_facecolor(), "edgecolor": "none", "pad": 1})
+        computed += ax.plot(speed, largest / ratio, label="largest over quasi-static", **thin)
     shaded = _ranges(ax, ds)
     ax.set(xlabel=axis_label(ds["speed"], "speed"), ylabel="dynamic factor")
     if len(speed) > 1:
@@ -138,21 +145,6 @@ def computed_factors(motions: dict[str, xr.Dataset]) -> list[Line2D]:
         lines.append(Line2D(x, y, color=adapt(STROBE), linestyle="none", marker="o", markersize=3.5, markeredgewidth=0,
                             zorder=4, label="flanks separate"))
     return lines
-
-
-def _quasi_static(ax: Axes, motions: dict[str, xr.Dataset]) -> list[Line2D]:
-    """Draw the quasi-static ratio and the largest computed factor over it, and return this line; none where it is 1."""
-    ds = next(iter(motions.values()))
-    ratio = float(ds["quasi_static_ratio"])
-    if not ratio > 1 + _ROUNDING:
-        return []
-    largest = np.fmax.reduce([each["dynamic_factor"].values for each in motions.values()])
-    thin: dict[str, Any] = {"color": adapt(INK), "linewidth": 0.7, "zorder": 3}
-    ax.axhline(ratio, linestyle=(0, (1, 2)), label="quasi-static ratio", **thin)
-    ax.annotate("quasi-static ratio", (0.99, ratio), xycoords=ax.get_yaxis_transform(), va="center", ha="right",
-                fontsize="x-small", color=adapt(INK), zorder=5,
-                bbox={"facecolor": ax.get_facecolor(), "edgecolor": "none", "pad": 1})
-    return ax.plot(ds["speed"].values, largest / ratio, label="largest over quasi-static", **thin)
 
 
 def _ranges(ax: Axes, ds: xr.Dataset) -> list[Patch]:

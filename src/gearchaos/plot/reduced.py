@@ -47,29 +47,15 @@ def reduced(
 ) -> tuple[xr.Dataset, str]:
     """A map reduced to at most ``most`` blocks of cells along each side, of equal sizes up to one cell.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        From `gearchaos.zones`, with dims (y, x). Its variables may be larger than the memory.
-    block : mapping of str to int
-        Sizes along y and x of the parts that are read at once.
-    convert : callable
-        Applied to each part that is read, with its coordinates; it may scale variables.
-    colour : str, optional
-        The variable that the picture will show; the kind of motion if left out.
-    most : int
-    progress : bool
-        Show a progress bar on stderr.
+    The ``dataset`` is from `gearchaos.zones`, with dims (y, x), and its variables may be larger than the memory:
+    ``block`` has the sizes of the parts that are read at once, along y and x. ``convert`` is applied to each part with
+    its coordinates, and may scale variables. The picture will show the variable ``colour``, the kind of motion if left
+    out.
 
-    Returns
-    -------
-    reduced : Dataset
-        The variables that the picture needs. The coordinates are the centres of the blocks. Integer variables, such as
-        ``label`` and ``period``, have in each block the values of one kind of cell: of the class that is rarest in the
-        whole map, of those that occur in the block. Floats, and integers with too many values for classes, have the
-        mean of the finite values of the computed cells.
-    note : str
-        What was done, for the picture.
+    Returns the variables that the picture needs, with the centres of the blocks as coordinates, and a note on what was
+    done. Integer variables, such as ``label`` and ``period``, have in each block the values of one kind of cell: of the
+    class that is rarest in the whole map, of those that occur in the block. Floats, and integers with too many values
+    for classes, have the mean of the finite values of the computed cells.
     """
     names = ["label", "period", *(["contact"] if "contact" in dataset else [])]
     shown = colour if colour in dataset.data_vars and colour not in names else None
@@ -108,27 +94,13 @@ def _cells(dataset: xr.Dataset, states: Mapping[State, int] | Sequence[State]) -
 
 @dataclass
 class _Parts:
-    """The parts of a map that are read one after another, and the blocks into which its cells are put.
+    """The parts of a map that are read one after another, and the blocks into which its cells are put."""
 
-    Attributes
-    ----------
-    source : Dataset
-        The map, with dims (y, x).
-    block : mapping of str to int
-        Sizes of a part along y and x.
-    convert : callable
-        Applied to each part.
-    most : int
-        Most blocks along a side.
-    progress : bool
-        Show a progress bar for each pass over the map.
-    """
-
-    source: xr.Dataset
-    block: Block
-    convert: Convert
-    most: int
-    progress: bool
+    source: xr.Dataset  # the map, with dims (y, x)
+    block: Block  # sizes of a part along y and x
+    convert: Convert  # applied to each part
+    most: int  # most blocks along a side
+    progress: bool  # show a progress bar for each pass over the map
 
     def read(self, names: Sequence[str]) -> Iterator[tuple[tuple[slice, ...], xr.Dataset]]:
         """The parts with these variables, and where they lie in the map."""

@@ -100,7 +100,15 @@ def result(
     colour = default_colour(ds) if colour is None else colour
     artist = draw(ds, **options) if colour == MOTION else _COLOURED[kind][1](ds, colour, **options)
     if over is not None:
-        _draw_curves(ds, over, artist)
+        check_dataset(over)
+        if ds.attrs["study"] != "zones" or over.attrs.get("study") not in ("skeleton", "curve"):
+            raise InputError("over", "must be a skeleton or curve over a map, or a second bifurcation diagram over one",
+                             f"{over.attrs.get('study')} over {ds.attrs['study']}")
+        assert isinstance(artist, Axes)
+        settings, names = json.loads(over.attrs["settings"]), tuple(map(str, reversed(ds["label"].dims)))
+        _check_same("parameters", names, (settings["x"][0], settings["y"][0]))
+        _check_same("units", *([part[n].attrs.get("units") for n in names] for part in (ds, over)))
+        skeleton(over, artist, special=True)
     return figure_of(artist)
 
 
@@ -118,20 +126,6 @@ def _by_shape(ds: xr.Dataset) -> Axes:
     ax.set(xlabel=axis_label(ds[horizontal], horizontal),
            ylabel=axis_label(ds[vertical[0]], vertical[0]) if vertical else axis_label(shown, name))
     return ax
-
-
-def _draw_curves(ds: xr.Dataset, over: xr.Dataset, ax: Axes | Figure) -> None:
-    """Draw curves of events over a map; raises `InputError` unless both are over the same parameters and units."""
-    check_dataset(over)
-    if ds.attrs["study"] != "zones" or over.attrs.get("study") not in ("skeleton", "curve"):
-        raise InputError("over", "must be a skeleton or curve over a map, or a second bifurcation diagram over one",
-                         f"{over.attrs.get('study')} over {ds.attrs['study']}")
-    assert isinstance(ax, Axes)
-    settings, names = json.loads(over.attrs["settings"]), tuple(map(str, reversed(ds["label"].dims)))
-    curves = settings["x"][0], settings["y"][0]
-    _check_same("parameters", names, curves)
-    _check_same("units", *([part[n].attrs.get("units") for n in names] for part in (ds, over)))
-    skeleton(over, ax, special=True)
 
 
 def _two_diagrams(ds: xr.Dataset, over: xr.Dataset, name: str | None) -> Axes:

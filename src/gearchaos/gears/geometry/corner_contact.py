@@ -33,9 +33,8 @@ def corner_gap(geometry: Geometry, beyond: np.ndarray, *, leaving: bool) -> np.n
     the corner does not meet the involute: inside the form circle of the mate, or outside its tip circle.
 
     The corner, turned on by x/r_b1, is at the radius R and the polar angle φ about the mate, from the line of centres
-    on. The mate's involute through the end of the path passes it when the mate has turned by
-    θ = ρ/r_b2 − α_wt − inv α(R) − φ with cos α(R) = r_b2/R, where ρ is the radius of curvature at the end. So the gap
-    is x − r_b2 θ.
+    on. The mate's involute through the end of the path passes it when the mate has turned by θ. With the radius of
+    curvature ρ at the end, θ = ρ/r_b2 − α_wt − inv α(R) − φ and cos α(R) = r_b2/R. So the gap is x − r_b2 θ.
     """
     own, mate = (0, 1) if leaving else (1, 0)
     x = np.asarray(beyond, float)

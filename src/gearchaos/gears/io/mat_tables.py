@@ -17,12 +17,8 @@ def mat_rows(content: bytes, path: str, field: str) -> list[list[str]]:
 
     A variable is a column by its name, a field of a structure by ``name.field``, the columns of a matrix by ``name 1``,
     ``name 2``, …. Their length is the one that most of them have, the greater one of two alike; single numbers hold in
-    all rows, and others are left out. Names have no units.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or has no variable with two numbers or more.
+    all rows, and others are left out. Names have no units. Raises `InputError` for a file that cannot be read, or that
+    has no variable with two numbers or more.
     """
     from scipy.io import loadmat  # here, since it takes a third of a second to load
 

@@ -46,22 +46,10 @@ def read_order_spectrum(path: str | Path, of: MeasuredQuantity, teeth: float, co
                         field: str = "measured") -> OrderSpectrum:
     """Read a table with the columns ``speed``, ``order`` and ``amplitude``, ``rms`` or ``peak to peak``.
 
-    Parameters
-    ----------
-    path : str or Path
-    of : MeasuredQuantity
-        What was measured.
-    teeth : int
-        Of wheel 1, whose turn has order 1: the mesh has the order ``teeth``. Orders that are no multiples are ignored.
-    columns : mapping of str to str, optional
-        Headers in the file by the names of columns, with the unit of a column that has none: "Force [N]".
-    field : str
-        The name of the file in messages.
-
-    Raises
-    ------
-    InputError
-        For a file that cannot be read as one, and for rows that are wrong, with the number of the line.
+    ``of`` is what was measured. The turn of wheel 1 has order 1, so that the mesh has the order ``teeth``; orders that
+    are no multiples of it are ignored. ``columns`` are headers in the file by the names of columns, with the unit of a
+    column that has none: "Force [N]". ``field`` is the name of the file in messages. Raises `InputError` for a file
+    that cannot be read as one, and for rows that are wrong, with the number of the line.
 
     Examples
     --------

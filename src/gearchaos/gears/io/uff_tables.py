@@ -30,11 +30,7 @@ def uff_rows(path: Path, field: str) -> list[list[str]]:
 
     Signals are columns over the instants of the first one that is no speed; speeds are interpolated between their own.
     Spectra have rows of speed, order and amplitude, the speed from the z axis. Functions of anything else are left out.
-
-    Raises
-    ------
-    InputError
-        If the package pyuff is missing, the file cannot be read, or has not the one or the other.
+    Raises `InputError` if the package pyuff is missing, the file cannot be read, or has not the one or the other.
     """
     functions = _functions(path, field)
     return _spectra(path, functions, field) if over(path, field, functions) == "order" else _signals(
@@ -106,17 +102,13 @@ def _spectra(path: Path, functions: list[dict[str, Any]], field: str) -> list[li
                          "Or write a table with the columns speed, order and amplitude.")
     rows = [[f"speed [{speed_unit}]", "order", f"{name} {kind}".strip() + f" [{unit}]" * bool(unit)]]
     for each in spectra:
-        lines = zip(_orders(each).tolist(), np.abs(each["data"]).tolist(), strict=True)
+        # the header has six digits of the distance of the orders, in one turn of a whole number
+        count = 1 / each["abscissa_inc"] if each["abscissa_spacing"] else 0.0
+        orders = np.asarray(each["x"]) if not count or abs(count - round(count)) > 1e-5 * count else (
+            each["abscissa_min"] + np.arange(len(each["data"])) / round(count))
+        lines = zip(orders.tolist(), np.abs(each["data"]).tolist(), strict=True)
         rows += [[repr(float(each["z_axis_value"])), repr(order), repr(size)] for order, size in lines if order > 0]
     return rows
-
-
-def _orders(function: dict[str, Any]) -> np.ndarray:
-    """The orders of a spectrum (N,); the header has six digits of their distance, in one turn of a whole number."""
-    lines = 1 / function["abscissa_inc"] if function["abscissa_spacing"] else 0.0
-    if not lines or abs(lines - round(lines)) > 1e-5 * lines:
-        return np.asarray(function["x"])
-    return function["abscissa_min"] + np.arange(len(function["data"])) / round(lines)
 
 
 def _signals(path: Path, functions: list[dict[str, Any]], field: str) -> list[list[str]]:

@@ -98,8 +98,7 @@ def best_relief(design: GearDesign) -> tuple[tuple[float, float], float] | None:
 
     The amounts are in the ratio of those of the design, over the same lengths and in the same shape, and at most four
     times what one pair alone bends. Of several minima they are the first: larger amounts keep pairs apart, so that one
-    bears all. They are 0 where no relief lessens the variation. None without a relief that tooth
-    pairs have.
+    bears all. They are 0 where no relief lessens the variation. None without a relief that tooth pairs have.
     """
     from scipy.optimize import minimize_scalar  # here, since most of what is computed of gears does not need it
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.gears.train.structure import Element, as_given, mean_stiffness, structure
+from gearchaos.gears.train.structure import as_given, mean_stiffness, structure
 from gearchaos.gears.train.train import Train
 
 
@@ -24,16 +24,11 @@ class Modes:
     strain_energy: np.ndarray  # (M, elements) share, 0 without deflection
 
 
-def linear_elements(train: Train) -> list[Element]:
-    """The springs of the train with all meshes in contact; stops act where a shaft has no spring beside them."""
-    found = structure(train)
-    sprung = {element.name for element in found.springs}
-    return [element for element in found.contacts if not (element.stops and element.name in sprung)] + found.springs
-
-
 def modes(train: Train) -> Modes:
     """The natural modes of a train."""
-    found, elements = structure(train), linear_elements(train)
+    found = structure(train)
+    sprung = {element.name for element in found.springs}  # stops act where a shaft has no spring beside them
+    elements = [each for each in found.contacts if not (each.stops and each.name in sprung)] + found.springs
     mass = found.mass(as_given)[0]
     rows = np.array([element.row for element in elements])
     k = np.array([mean_stiffness(element) for element in elements])

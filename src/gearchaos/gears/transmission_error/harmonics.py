@@ -111,11 +111,10 @@ def from_quality(
     The peak-to-peak value over a mesh period is that of a single-flank test, the tooth-to-tooth tangential composite
     deviation f_i′ of ISO 1328-1:1995, annex A, which the standard derives from f_pt, F_α and the total contact ratio.
     The deviations of the two wheels are independent of each other: their squares are added, which is no upper bound of
-    the pair. Within a period the error
-    is a parabola, as crowned profiles or small profile slopes of both signs leave it (Litvin and Fuentes, *Gear
-    Geometry and Applied Theory*, 2004, chapter 9): 0 where a tooth pair is in the middle of its path of contact,
-    greatest where the next pair takes over. Its harmonics are e_j = 4 Δ/(π² j²), 0.405 Δ for the first, with θ_j = π j
-    (ε_α − 1). Three of them leave 10 % of the peak-to-peak value out.
+    the pair. Within a period the error is a parabola, as crowned profiles or small profile slopes of both signs leave
+    it (Litvin and Fuentes, *Gear Geometry and Applied Theory*, 2004, chapter 9): 0 where a tooth pair is in the middle
+    of its path of contact, greatest where the next pair takes over. Its harmonics are e_j = 4 Δ/(π² j²), 0.405 Δ for
+    the first, with θ_j = π j (ε_α − 1). Three of them leave 10 % of the peak-to-peak value out.
 
     Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh: a pair of
     typical wheels has less, and other phases. Tip relief and misalignment, which the grade does not limit, come on top.

@@ -110,7 +110,18 @@ def _verdicts_in(result: Any) -> dict[str, Any]:
             out["interval"] = [number(end) for end in result.lyapunov_ci[0]]
         return out
     if isinstance(result, xr.Dataset) and "lyapunov_lo" in result:
-        return _of_cells(result)
+        # of a map or scan for each kind of motion the largest multiplier, or the union of the confidence intervals
+        label, kinds = result["label"].values, {}
+        for kind in (kind for kind in Label if (label == kind).any()):
+            cells = label == kind
+            found: dict[str, Any] = {"cells": int(cells.sum())}
+            if kind == Label.PERIODIC:
+                found["largest_multiplier"] = number(np.nanmax(result["multiplier"].values[cells]))
+            elif kind != Label.DIVERGED:
+                ends = np.nanmin(result["lyapunov_lo"].values[cells]), np.nanmax(result["lyapunov_hi"].values[cells])
+                found["exponents_between"] = [number(end) for end in ends]
+            kinds[kind.name.lower()] = found
+        return kinds
     if not isinstance(result, xr.Dataset) or "attractor_multiplier" not in result:
         return {}
     names = motions(result["attractor_label"], result["attractor_period"])
@@ -119,23 +130,6 @@ def _verdicts_in(result: Any) -> dict[str, Any]:
         f"{i}: {name}": {"largest_multiplier": number(multiplier), "largest_exponent": number(exponent)}
         for i, (name, multiplier, exponent) in enumerate(facts, start=1)
     }
-
-
-def _of_cells(ds: xr.Dataset) -> dict[str, Any]:
-    """Of a map or scan: for each kind of motion its largest multiplier, or the union of its confidence intervals."""
-    label, out = ds["label"].values, {}
-    for kind in Label:
-        cells = label == kind
-        if not cells.any():
-            continue
-        found: dict[str, Any] = {"cells": int(cells.sum())}
-        if kind == Label.PERIODIC:
-            found["largest_multiplier"] = number(np.nanmax(ds["multiplier"].values[cells]))
-        elif kind != Label.DIVERGED:
-            ends = np.nanmin(ds["lyapunov_lo"].values[cells]), np.nanmax(ds["lyapunov_hi"].values[cells])
-            found["exponents_between"] = [number(end) for end in ends]
-        out[kind.name.lower()] = found
-    return out
 
 
 def prove_claims(claims: Iterable[Claim], folder: Path) -> list[Claim]:

@@ -48,6 +48,15 @@ def is_kind(ds: xr.Dataset, kind: str) -> np.ndarray:
     return ds["label"].values == Label[kind.upper()]
 
 
+LOCKED_FROM = 9
+"""A periodic motion in a range of quasi-periodic ones counts as locked on the torus from this period on."""
+
+
+def on_torus(ds: xr.Dataset, locked_from: int = LOCKED_FROM) -> np.ndarray:
+    """Whether each cell is quasi-periodic, or periodic with at least this period."""
+    return is_kind(ds, "quasi_periodic") | (is_kind(ds, "periodic") & (ds["period"].values >= locked_from))
+
+
 def number(value: float | None) -> float | None:
     """A value ready for JSON: rounded to six digits, None if it is not finite."""
     return None if value is None or not np.isfinite(value) else round(float(value), 6)

@@ -16,7 +16,7 @@ from scipy.stats import spearmanr
 
 from gearchaos.model import HarmonicStiffness, MeshModel, TwoLevelStiffness
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._claim import CheckResult, PeriodicMotion, graded, is_kind
+from gearchaos.paper.claims._claim import CheckResult, PeriodicMotion, graded, is_kind, on_torus
 from gearchaos.paper.settings import study_of
 from gearchaos.plot import attractor_names, motion_class
 from gearchaos.studies import Axis
@@ -189,16 +189,11 @@ def chaos_bordered_by_tori(cache: ComputationCache) -> CheckResult:
     ds = cache.study("11a").sel(omega=slice(0.9, 1.2), eps1=slice(0.0, 0.1))
     chaos = is_kind(ds, "chaotic")
     beside = ndimage.binary_dilation(chaos) & ~chaos  # cells with a chaotic one among their four neighbours
-    share = float(_high_order(ds)[beside].mean()) if beside.any() else 0.0
+    share = float(on_torus(ds, 5)[beside].mean()) if beside.any() else 0.0
     evidence = {"share_of_chaotic_cells": round(float(chaos.mean()), 4), "cells_beside_chaos": int(beside.sum()),
                 "share_of_them_quasi_periodic_or_high_order": round(share, 4),
-                "share_over_the_whole_plane": round(float(_high_order(cache.study("11a")).mean()), 4)}
+                "share_over_the_whole_plane": round(float(on_torus(cache.study("11a"), 5).mean()), 4)}
     return CheckResult(graded(chaos.mean() >= 0.01 and share >= 0.1), "The cells of Fig. 11 around ω = 1.", evidence)
-
-
-def _high_order(ds: xr.Dataset) -> np.ndarray:
-    """Whether each cell is quasi-periodic or periodic with a period above 4T."""
-    return is_kind(ds, "quasi_periodic") | (is_kind(ds, "periodic") & (ds["period"].values > 4))
 
 
 _COMPUTED = "The motion that every start of the plane ends on, and the attractors told apart."

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from gearchaos.model import MeshModel
 from gearchaos.paper.cache import ComputationCache
-from gearchaos.paper.claims._claim import CheckResult, PeriodicMotion, graded, is_kind, number
+from gearchaos.paper.claims._claim import LOCKED_FROM, CheckResult, PeriodicMotion, graded, is_kind, number, on_torus
 from gearchaos.paper.settings import study_of, symbol
 from gearchaos.studies import Axis, Verdict, motions
 
@@ -132,9 +132,6 @@ def _plane(ds: xr.Dataset) -> np.ndarray:
     return np.stack([ds[f"section_{n}"].values[:_POINTS] for n in ("x1", "x1_dot")], axis=1)
 
 
-LOCKED_FROM = 9
-"""A periodic motion in a range of quasi-periodic ones counts as locked on the torus from this period on."""
-
 _SCAN = "Verdicts on a fine scan of the range, each from the paper's start."
 
 
@@ -209,11 +206,6 @@ def _motions_of_scan(
 ) -> list[PeriodicMotion]:
     """The periodic motions of those columns of a scan where ``chosen`` (N,) is true; other parameters are ``fixed``."""
     return _periodic(zip(ds[axis].values[chosen], ds["period"].values[chosen], strict=True), axis, fixed)
-
-
-def on_torus(ds: xr.Dataset) -> np.ndarray:
-    """Whether each cell is quasi-periodic, or periodic with a period of at least `LOCKED_FROM`."""
-    return is_kind(ds, "quasi_periodic") | (is_kind(ds, "periodic") & (ds["period"].values >= LOCKED_FROM))
 
 
 def intervals(values: np.ndarray, flags: np.ndarray) -> list[tuple[float, float]]:
