@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -140,18 +140,18 @@ def _ranges(windows: Sequence[Window]) -> str:
     return " and ".join(filter(None, [words, few]))
 
 
-def _merged(windows: Sequence[Window]) -> list[list[Window]]:
-    """Those that overlap as one, in rising order of their starts."""
-    out: list[list[Window]] = []
-    for window in sorted(windows, key=lambda each: each.reach):
-        if out and window.reach[0] <= _stop(out[-1]):
-            out[-1].append(window)
+def _merged(ranges: Iterable[Any], window: Callable[[Any], Window] = lambda each: each) -> list[list[Any]]:
+    """Ranges that overlap as one, in rising order of their starts; ``window`` says where each is."""
+    out: list[list[Any]] = []
+    for each in sorted(ranges, key=lambda each: window(each).reach):
+        if out and window(each).reach[0] <= _stop(map(window, out[-1])):
+            out[-1].append(each)
         else:
-            out.append([window])
+            out.append([each])
     return out
 
 
-def _stop(part: Sequence[Window]) -> float:
+def _stop(part: Iterable[Window]) -> float:
     return max(window.reach[1] for window in part)
 
 
@@ -225,12 +225,7 @@ def keep_out(found: Assessment, most: int = _MOST_KEPT_OUT) -> list[str]:
     """
     merged = [[pair] for pair in found.avoid]
     if len(merged) > most:
-        merged = []
-        for pair in sorted(found.avoid, key=lambda pair: pair[1].reach):
-            if merged and pair[1].reach[0] <= max(window.reach[1] for _, window in merged[-1]):
-                merged[-1].append(pair)
-            else:
-                merged.append([pair])
+        merged = _merged(found.avoid, lambda pair: pair[1])
     widest = sorted(merged, key=lambda part: max(window.reach[1] for _, window in part) - part[0][1].reach[0])[-most:]
     more = len(merged) - len(widest)
     out = []
@@ -268,9 +263,9 @@ def met_in_words(window: Window) -> str:
     if not window.depends_on_history:
         return "always"
     names = {MOTIONS["rest"]: "rest", MOTIONS["rising"]: "rising", MOTIONS["falling"]: "falling"}
-    ways = [names[each.motion] for each in window.reached if each.motion in names]
+    histories = [names[each.motion] for each in window.reached if each.motion in names]
     by_others = any(each.motion == MOTIONS["changing"] for each in window.reached)
-    return "by history" if by_others or len(ways) == len(names) else ", ".join(ways)
+    return "by history" if by_others or len(histories) == len(names) else ", ".join(histories)
 
 
 def _percent(share: float) -> str:
@@ -333,8 +328,8 @@ def _event(kind: str, resolution: float, scan_end: bool) -> str:
 
 def jumps(found: Assessment) -> list[str]:
     """The jumps of slow run-ups and run-downs, each in words."""
-    ways = {"up": "run-up", "down": "run-down"}
-    return [f"{ways[jump.direction]} at {each.torque:.6g} N m: {jump.speed:.0f} rpm, {jump.event or 'no event'}, "
+    sweeps = {"up": "run-up", "down": "run-down"}
+    return [f"{sweeps[jump.direction]} at {each.torque:.6g} N m: {jump.speed:.0f} rpm, {jump.event or 'no event'}, "
             f"dynamic factor {measured(jump.factor_before, 3)} to {measured(jump.factor_after, 3)}"
             for each in found.at for jump in each.jumps]
 

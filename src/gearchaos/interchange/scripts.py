@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
-from importlib.resources import files
 from typing import Any
 
 import jinja2
@@ -87,11 +86,9 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
 
 def _rendered(template: str, **values: Any) -> str:
     """The text of a template with values in it."""
-    folder = files("gearchaos.interchange").joinpath("templates")
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8")),
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
-    )
+        loader=jinja2.PackageLoader("gearchaos.interchange"), undefined=jinja2.StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, keep_trailing_newline=True)
     return environment.get_template(template).render(version=version("gearchaos"), periods=PERIODS, **values)
 
 

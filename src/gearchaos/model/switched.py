@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, singledispatch
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -64,9 +64,9 @@ class Batch:
         a, p = (np.array(r, dtype=float).reshape(n, self.size) for r in rows)
         return a, p
 
-    def take(self, index: np.ndarray) -> Batch:
+    def take(self, index: np.ndarray) -> Self:
         """The batch of the points with these indices (N,), in that order."""
-        return Batch(self.model, {k: v[index] for k, v in self.values.items()}, len(index))
+        return replace(self, values={k: v[index] for k, v in self.values.items()}, size=len(index))
 
 
 @singledispatch

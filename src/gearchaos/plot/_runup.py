@@ -77,11 +77,11 @@ def runup(ds: xr.Dataset, figure: Figure | None = None, *, against: xr.Dataset |
     above, *below = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     shown = "dynamic_factor" if np.isfinite(ds["dynamic_factor"]).any() else "mesh_force_peak"
     speed = ds["speed"].values
-    for way in known:
-        colour, style, _ = WAYS[way]
-        above.plot(speed, ds[shown].sel(direction=way), color=adapt(colour), linestyle=style, linewidth=1.0)
+    for direction in known:
+        colour, style, _ = WAYS[direction]
+        above.plot(speed, ds[shown].sel(direction=direction), color=adapt(colour), linestyle=style, linewidth=1.0)
         if shown == "dynamic_factor":
-            own = ds.isel(jump=ds["direction_of_jump"].values == way)
+            own = ds.isel(jump=ds["direction_of_jump"].values == direction)
             above.plot(own["speed_of_jump"], own["factor_after_jump"], "o", color=adapt(colour), markersize=4)
     above.set_ylabel(axis_label(ds[shown], shown))
     if np.nanmax(ds["dynamic_factor"].values, initial=0) > LARGE:
@@ -112,8 +112,8 @@ def _draw_beside(ax: Axes, ds: xr.Dataset) -> list[Line2D]:
                                        label=event_words(kind))
     if "torque" in ds:
         beside = ax.twinx()
-        for way, torque in zip(ds["direction"].values.tolist(), ds["torque"].values, strict=True):
-            beside.plot(ds["speed"], torque, color=adapt(_GREY), linestyle=WAYS[way][1], linewidth=0.8)
+        for direction, torque in zip(ds["direction"].values.tolist(), ds["torque"].values, strict=True):
+            beside.plot(ds["speed"], torque, color=adapt(_GREY), linestyle=WAYS[direction][1], linewidth=0.8)
         beside.set_ylabel(axis_label(ds["torque"], "torque"))
         handles["torque"] = Line2D([], [], color=adapt(_GREY), linewidth=0.8, label="torque")
     return [*handles.values()]
@@ -124,10 +124,11 @@ def _order_cuts(ax: Axes, ds: xr.Dataset, measured: xr.Dataset) -> None:
     handles = []
     for number, row in enumerate(compared_orders(ds, measured)):
         colour = f"C{number}"
-        for way in measured["direction"].values.tolist():
-            computed, found = (order_cut(each.sel(direction=way), row["order"]) for each in (ds, measured))
-            ax.plot(computed["speed"], computed, color=colour, linestyle=WAYS[way][1], linewidth=1.0)
-            ax.plot(found["speed"], found, "o", color=colour, markersize=3, fillstyle="full" if way == "up" else "none")
+        for direction in measured["direction"].values.tolist():
+            computed, found = (order_cut(each.sel(direction=direction), row["order"]) for each in (ds, measured))
+            ax.plot(computed["speed"], computed, color=colour, linestyle=WAYS[direction][1], linewidth=1.0)
+            ax.plot(found["speed"], found, "o", color=colour, markersize=3,
+                    fillstyle="full" if direction == "up" else "none")
         handles.append(Line2D([], [], color=colour, label=f"order {row['order']:g}"))
     handles += [Line2D([], [], color=adapt(INK), marker="o", markersize=3, linestyle="none", label="measured"),
                 Line2D([], [], color=adapt(INK), label="computed")]
@@ -144,11 +145,11 @@ def _waterfalls(figure: Figure, panels: Sequence[Axes], spectra: Mapping[str, xr
         speed = each["speed"].values
         step = speed[1] - speed[0] if len(speed) > 1 else 1.0
         across = np.append(speed - step / 2, speed[-1] + step / 2)
-        for way, values in zip(each["direction"].values.tolist(), level, strict=True):
+        for direction, values in zip(each["direction"].values.tolist(), level, strict=True):
             ax = next(below)
             image = ax.pcolormesh(across, edges, values.T, vmin=-WATERFALL_RANGE, vmax=0, cmap=WATERFALL_COLOURS,
                                   rasterized=True)
-            ax.set(ylabel=f"{title}{WAYS[way][2]}")
+            ax.set(ylabel=f"{title}{WAYS[direction][2]}")
     figure.colorbar(image, ax=panels, label=words)
 
 

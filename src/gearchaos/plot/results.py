@@ -129,7 +129,7 @@ def _by_shape(ds: xr.Dataset) -> Axes:
 
 
 def _two_diagrams(ds: xr.Dataset, over: xr.Dataset, name: str | None) -> Axes:
-    """Draw a variable of two diagrams along the same parameter, each by the way in which it was swept."""
+    """Draw a variable of two diagrams along the same parameter, each by how it was swept."""
     check_dataset(over)
     _check_same("study", ds.attrs["study"], over.attrs.get("study"))
     _check_same("parameter", *(str(part["label"].dims[0]) for part in (ds, over)))

@@ -21,13 +21,13 @@ DEEPEST = 0.03
 the stiffness is no longer valid."""
 _TOLERANCE = 2e-8  # by how much the polynomial may differ from the gap, m
 _MOST_TERMS = 8
-_SHORTEST = 1e-6  # way beyond the path, over the base pitch, that the corner goes on the involute at least
+_SHORTEST = 1e-6  # distance beyond the path, over the base pitch, that the corner goes on the involute at least
 _RULE = "must be false or left out for these teeth"
 _POSITIONS = np.linspace(0.0, 1.0, 257)[1:]  # from which it is fitted, shares of how far it goes on
 
 
 def corner_gap(geometry: Geometry, beyond: np.ndarray, *, leaving: bool) -> np.ndarray:
-    """Gap (n,) of a tooth pair along the line of action, m, at ways (n,) beyond an end of its path of contact, m.
+    """Gap (n,) of a tooth pair along the line of action, m, at distances (n,) beyond an end of its path, m.
 
     Leaving, the tip corner of wheel 1 goes along the involute of wheel 2; entering, the wheels change places. NaN where
     the corner does not meet the involute: inside the form circle of the mate, or outside its tip circle.

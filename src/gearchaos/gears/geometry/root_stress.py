@@ -124,11 +124,14 @@ def _load(geometry: Geometry, wheel: int) -> tuple[float, float, float]:
 @lru_cache(maxsize=256)
 def root_factors(geometry: Geometry) -> RootFactors:
     """The factors of the nominal root stress; raises `InputError` as `root_section`."""
-    one, two = (root_section(geometry, wheel) for wheel in (0, 1))
-    alpha, overlap = geometry.pressure_angle, min(geometry.overlap_ratio, LARGEST_OVERLAP)
+    alpha, overlap, factors = geometry.pressure_angle, min(geometry.overlap_ratio, LARGEST_OVERLAP), []
+    for section in (root_section(geometry, wheel) for wheel in (0, 1)):
+        ratio = section.chord / section.lever
+        factors.append((6 * section.lever * math.cos(section.load_angle) / (section.chord**2 * math.cos(alpha)),  # Y_F
+                        (1.2 + 0.13 * ratio) * section.notch ** (1 / (1.21 + 2.3 / ratio))))  # Y_S
+    form, correction = zip(*factors, strict=True)
     return RootFactors(
-        root_form_factor=(_form_factor(one, alpha), _form_factor(two, alpha)),
-        root_stress_correction=(_stress_correction(one), _stress_correction(two)),
+        root_form_factor=form, root_stress_correction=correction,
         root_helix_factor=1 - overlap * min(geometry.helix_angle, LARGEST_HELIX) / math.radians(120))
 
 
@@ -142,14 +145,3 @@ def root_stress(geometry: Geometry, torque: float) -> Pair:
     first, second = (nominal * form * correction for form, correction in zip(
         found.root_form_factor, found.root_stress_correction, strict=True))
     return first, second
-
-
-def _form_factor(section: RootSection, pressure_angle: float) -> float:
-    """Y_F: bending of the section over F_t/(b m_n)."""
-    return 6 * section.lever * math.cos(section.load_angle) / (section.chord**2 * math.cos(pressure_angle))
-
-
-def _stress_correction(section: RootSection) -> float:
-    """Y_S: what the notch adds."""
-    ratio = section.chord / section.lever
-    return (1.2 + 0.13 * ratio) * section.notch ** (1 / (1.21 + 2.3 / ratio))

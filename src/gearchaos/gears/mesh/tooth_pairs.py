@@ -56,8 +56,8 @@ class Relief(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class CornerContact(Record):
-    """Contact of the tip corners of both wheels beyond the path: how far it goes on, as a share of the path, and the
-    coefficients of x², x³, ... of the gap, lengths; x is the way beyond the end of the path, as a share of the path."""
+    """Contact of the tip corners of both wheels beyond the path: how far it goes on, and the coefficients of x², x³, …
+    of the gap, lengths. That distance and x, from the end of the path on, are shares of the path."""
 
     length: Any = field(metadata=read_by(two(number(), "must be a list of two")))
     gap: Any = field(metadata=read_by(two(each(units.LENGTH), "must be a list of two")))

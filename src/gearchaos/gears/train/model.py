@@ -237,10 +237,6 @@ class TrainBatch(Batch):
     values: Mapping[str, np.ndarray]  # (P,), by the names of parameters and coordinates
     size: int
 
-    def take(self, index: np.ndarray) -> TrainBatch:
-        """The batch of the points with these indices (N,), in that order."""
-        return TrainBatch(self.model, {k: v[index] for k, v in self.values.items()}, len(index))
-
     @cached_property
     def assembly(self) -> Assembly:
         train, load = self.model.train, self.values.get("torque")

@@ -217,16 +217,12 @@ class PlanetarySet(Record):
             with_ring = _part(Mesh, "ring_mesh", {
                 "between": (f"planet{n}", "ring"), "teeth": (planet, ring), "internal": True,
                 "base_radii": (base * planet, base * ring), "pressure_angle": angles[1], **self.ring_mesh})
-            out += [_ahead(with_sun, -sense * sun * position),
-                    _ahead(with_ring, sense * ring * position + math.pi * planet + across)]
+            for mesh, ahead in ((with_sun, -sense * sun * position),
+                                (with_ring, sense * ring * position + math.pi * planet + across)):
+                out.append(replace(mesh, phase=mesh.phase + ahead) if mesh.varies else mesh)
         return out
 
 
 def _part(kind: type[Any], name: str, values: Mapping[str, Any]) -> Any:
     """A body or mesh of the set from the table of this name."""
     return record_values(kind, f"planets: {name}", values)
-
-
-def _ahead(mesh: Mesh, phase: float) -> Mesh:
-    """A mesh that is ahead of its own phase, if anything of it varies."""
-    return replace(mesh, phase=mesh.phase + phase) if mesh.varies else mesh

@@ -57,11 +57,8 @@ def _contradiction(part: Any, row: Mapping[str, Fraction], first: str, known: Ma
         return InputError(field, "must let the parts turn", teeth, f"{first} could not turn, since {why}.")
     (a, factor), (b, other) = sorted(row.items(), key=lambda item: item[0] == first, reverse=True)
     wanted = known[a] * -factor / other
-    advice = f"By the other parts {b} turns {_times(known[b])} as fast as {first}, by this one {_times(wanted)}."
+    advice = (f"By the other parts {b} turns {float(known[b]):.6g} times as fast as {first}, by this one "
+              f"{float(wanted):.6g} times.")
     if wanted == -known[b]:
         advice += " A loop of an odd number of external meshes cannot turn."
     return InputError(field, "must agree with the loop that it closes", teeth, advice)
-
-
-def _times(ratio: Fraction) -> str:
-    return f"{float(ratio):.6g} times"

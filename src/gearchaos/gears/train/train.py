@@ -362,8 +362,5 @@ class Train(Damped, HasCard):
 
 def _common(orders: Iterable[Fraction]) -> Fraction:
     """The greatest common divisor of fractions."""
-    found = Fraction(0)
-    for order in orders:
-        low = math.lcm(found.denominator, order.denominator)
-        found = Fraction(math.gcd(int(found * low), int(order * low)), low)
-    return found
+    found = list(orders)
+    return Fraction(math.gcd(*(each.numerator for each in found)), math.lcm(*(each.denominator for each in found)))

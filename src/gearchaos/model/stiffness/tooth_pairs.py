@@ -47,7 +47,7 @@ class ToothPairStiffness(Stiffness):
     touch later by the tooth thickness of wheel 1, and run from the tip of wheel 1, which drives, to its root.
 
     Beyond both ends of the path the tip corner of one wheel may touch the flank of the other: corner contact. There the
-    pair has the stiffness of the end, and its gap is that of the end and a polynomial in the way x beyond the end.
+    pair has the stiffness of the end, and its gap is that of the end and a polynomial in the distance x beyond the end.
 
     Attributes
     ----------
@@ -198,11 +198,11 @@ class ToothPairStiffness(Stiffness):
             gap += np.stack([np.where(relieved, amount * p, 0.0) for p in powers], axis=-1)
         t, dt = 2 * begin - 1, 2 * slope
         gap += np.stack([v["crowning"] * p for p in (t * t, 2 * t * dt, dt * dt + 0 * t)], axis=-1)
-        for n, beyond, way, rate in ((1, middle > 1, begin - 1, slope), (2, middle < 0, -begin, -slope)):
+        for n, beyond, distance, rate in ((1, middle > 1, begin - 1, slope), (2, middle < 0, -begin, -slope)):
             if values[f"corner{n}"]:
                 # the quadratic through the gap at the beginning, the middle and the end of each piece
                 polynomial = np.polynomial.Polynomial([0.0, 0.0, *values[f"corner{n}"]])
-                first, half, last = (polynomial(way + rate * duration * share) for share in (0.0, 0.5, 1.0))
+                first, half, last = (polynomial(distance + rate * duration * share) for share in (0.0, 0.5, 1.0))
                 length = np.where(duration > 0, duration, 1.0)
                 corner = np.stack([first, (4 * half - 3 * first - last) / length,
                                    2 * (first - 2 * half + last) / length**2], axis=-1)
