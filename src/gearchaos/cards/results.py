@@ -157,11 +157,6 @@ def _axes(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
             yield str(name), f"{float(array[0]):.6g} to {float(array[-1]):.6g}{unit}, {len(values)} values"
 
 
-def _zones(ds: xr.Dataset) -> Drawing:
-    return _class_map("map of the kinds of motion", motion_class(ds["label"], ds["period"]),
-                      [kind.colour for kind in MOTION_CLASSES])
-
-
 def _basins(ds: xr.Dataset) -> Drawing:
     palette, index = [*attractor_colours(ds), UNDECIDED], ds["attractor"].values
     # -1 is undecided, -2 not computed
@@ -242,7 +237,9 @@ def _simulate(ds: xr.Dataset) -> Drawing:
 
 _ATTRACTORS = {"attractor_label": 1, "attractor_period": 1, "attractor_fraction": 1}
 _SHOWN: dict[str, tuple[dict[str, int], Callable[[xr.Dataset], Drawing]]] = {
-    "zones": ({"label": 2, "period": 2}, _zones),
+    "zones": ({"label": 2, "period": 2}, lambda ds: _class_map(
+        "map of the kinds of motion", motion_class(ds["label"], ds["period"]),
+        [kind.colour for kind in MOTION_CLASSES])),
     "bifurcation": ({"label": 1, "period": 1, "lyapunov": 1}, _bifurcation),
     "dynamic_factor": ({"label": 1, "period": 1, "dynamic_factor": 1},
                        lambda ds: _line(ds, "speed", "dynamic_factor")),

@@ -83,8 +83,17 @@ class Answer:
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {d.law.words}"
         variation = ""
         if (d.shares_load or d.under_load) and self.entries["loaded_error_peak_to_peak"].value is not None:
-            deflection = self._value("loaded_error_peak_to_peak")
-            variation = f", mesh deflection {deflection} peak to peak{self._best_relief}"
+            variation = f", mesh deflection {self._value('loaded_error_peak_to_peak')} peak to peak"
+            relief, best = d.tip_relief, self.entries["best_tip_relief"]
+            if relief is not None and any(relief.amount) and relief.start_diameter is not None and d.shares_load and (
+                    isinstance(best.value, tuple)):
+                single = " / ".join(f"{1e3 * diameter:.5g}" for diameter in d.geometry.single_contact_diameter)
+                amounts = " / ".join(dict.fromkeys(measured(v, 3) for v in best.value))
+                variation += (
+                    f"; at rest least with a relief of {amounts} {best.unit} from these diameters: "
+                    f"{self._value('best_loaded_error_peak_to_peak')}" if any(best.value) else
+                    f"; at rest no relief from these diameters lessens it, {d.geometry.least_contact} begins at "
+                    f"{single} mm")
         yield "load sharing", f"{d.sharing_in_words}{variation}"
         yield "assumed", f"stiffness {method_in_words(d.stiffness)}, {error}{damping}: vary each"
         if d.turning:
@@ -192,22 +201,6 @@ class Answer:
         return {"quantities": quantities, **model, "warnings": [*self.design.warnings, *self.design.assumptions,
                                          *[f"Left out: {LIKE_TEETH}"] * self.design.turning],
                 "speeds_to_avoid": avoid}
-
-    @property
-    def _best_relief(self) -> str:
-        """The tip relief with which the deflection varies least, after what it is now; empty without a relief."""
-        relief = self.design.tip_relief
-        if relief is None or not any(relief.amount) or relief.start_diameter is None or not self.design.shares_load:
-            return ""
-        if not isinstance((best := self.entries["best_tip_relief"]).value, tuple):
-            return ""
-        if not any(best.value):
-            single = " / ".join(f"{1e3 * d:.5g}" for d in self.design.geometry.single_contact_diameter)
-            least = self.design.geometry.least_contact
-            return f"; at rest no relief from these diameters lessens it, {least} begins at {single} mm"
-        amounts = " / ".join(dict.fromkeys(measured(v, 3) for v in best.value))
-        least = self._value("best_loaded_error_peak_to_peak")
-        return f"; at rest least with a relief of {amounts} {best.unit} from these diameters: {least}"
 
     def _value(self, name: str, symbol: str = "") -> str:
         """A quantity with its unit, to three digits."""

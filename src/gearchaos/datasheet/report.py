@@ -117,40 +117,37 @@ def differing_inputs(one: Any, other: Any) -> list[tuple[str, str, str]]:
 def report_html(report: Report, against: Report | None = None) -> str:
     """The report as one self-contained HTML document without scripts; with another one, both beside each other."""
     reports = [report] if against is None else [report, against]
-    sides = [_side(each, f"{number}-") for number, each in enumerate(reports)]
+    sides: list[dict[str, Any]] = []
+    for number, side in enumerate(reports):
+        found, changes = side.found, {"sensitivity": side.sensitivity, "improvements": side.improvements}
+        first = {"matters": None if side.sensitivity is None else side.matters_most,
+                 "helps": None if side.improvements is None else side.helps_most}
+        sides.append({
+            "title": side.title, "torques": torques_in_words(found), "speeds": scanned(found),
+            "verdict": [*decision(found), worst(found), f"tried: {found.tried}"], "usable_share": usable_share(found),
+            "keep_out": keep_out(found),
+            "picture": picture(f"{number}-decision", "What to avoid and what to use", "Speeds to avoid by what happens "
+                               "there, and the events at their edges. At a torque blank is usable: ± is how far the "
+                               "speed may differ from the middle.", height(found), partial(plot.assessment, found),
+                               _WIDTH),
+            **{name: None if each is None else [changed_in_words(one, found) for one in each]
+               for name, each in {**first, **changes}.items()},
+            # below the first page
+            "avoid": [{"torque": f"{each.torque:.6g}", "ratio": at_no_speed(each), "rows": rows(each, found.gears),
+                       "below": [*filter(None, [beyond_in_words(each)]), *knocks_in_words(each)]}
+                      for each in found.at],
+            "usable": [(f"{each.torque:.6g}", words)
+                       for each in found.at for words in usable_in_words(each.usable, found.speeds)],
+            "jumps": jumps(found), "tried": [(f"{each.torque:.6g}", each.tried) for each in found.at],
+            "factors": [picture(f"{number}-factor-{index}", f"Dynamic factor at {each.torque:.6g} N m", "Largest mesh "
+                                "force over the static one, of each motion found; ranges to avoid are shaded.", 3.0,
+                                partial(draw_factors, each))
+                        for index, each in enumerate(found.at) if len(found.at) <= _MOST_PICTURES],
+            "inputs": list(inputs_of(found.gears).items()), "assumptions": found.assumptions,
+            "kind": "train" if is_train(found.gears) else "pair"})
     return environment().get_template("report.html.j2").render(
         css=Markup(template("sheet.css") + template("report.css")), sides=sides, title=sides[0]["title"],
         headings=[heading.replace("\n", " ") for heading in headings(report.found.at[0])],
         differing=[] if against is None else differing_inputs(report.found.gears, against.found.gears),
         beside=against is not None, versions=", ".join(f"{name} {metadata.version(name)}" for name in (
             "gearchaos", "numba", "numpy", "xarray")))
-
-
-def _side(report: Report, prefix: str) -> dict[str, Any]:
-    """What the template shows of an assessment on its first page, and below."""
-    found, changes = report.found, {"sensitivity": report.sensitivity, "improvements": report.improvements}
-    first = {"matters": None if report.sensitivity is None else report.matters_most,
-             "helps": None if report.improvements is None else report.helps_most}
-    return {
-        "title": report.title, "torques": torques_in_words(found), "speeds": scanned(found),
-        "verdict": [*decision(found), worst(found), f"tried: {found.tried}"], "usable_share": usable_share(found),
-        "keep_out": keep_out(found),
-        "picture": picture(f"{prefix}decision", "What to avoid and what to use", "Speeds to avoid by what happens "
-                           "there, and the events at their edges. At a torque blank is usable: ± is how far the "
-                           "speed may differ from the middle.", height(found), lambda ax: plot.assessment(found, ax),
-                           _WIDTH),
-        **{name: None if each is None else [changed_in_words(one, found) for one in each]
-           for name, each in {**first, **changes}.items()},
-        # below the first page
-        "avoid": [{"torque": f"{each.torque:.6g}", "ratio": at_no_speed(each), "rows": rows(each, found.gears),
-                   "below": [*filter(None, [beyond_in_words(each)]), *knocks_in_words(each)]}
-                  for each in found.at],
-        "usable": [(f"{each.torque:.6g}", words)
-                   for each in found.at for words in usable_in_words(each.usable, found.speeds)],
-        "jumps": jumps(found), "tried": [(f"{each.torque:.6g}", each.tried) for each in found.at],
-        "factors": [picture(f"{prefix}factor-{number}", f"Dynamic factor at {each.torque:.6g} N m", "Largest mesh "
-                            "force over the static one, of each motion found; ranges to avoid are shaded.", 3.0,
-                            partial(draw_factors, each))
-                    for number, each in enumerate(found.at) if len(found.at) <= _MOST_PICTURES],
-        "inputs": list(inputs_of(found.gears).items()), "assumptions": found.assumptions,
-        "kind": "train" if is_train(found.gears) else "pair"}

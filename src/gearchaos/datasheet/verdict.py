@@ -104,7 +104,7 @@ def usable_in_words(parts: Sequence[UsableRange], speeds: tuple[float, float]) -
 
 
 def decision(found: Assessment) -> list[str]:
-    """What to do: which speeds to avoid, which also where the load may change, and which are usable, in sentences."""
+    """What to do, in sentences: speeds to avoid in operation, and where the load may change; usable speeds."""
     at, torques = found.at[0], _torques([each.torque for each in found.at], "or")
     windows = [window for each in found.at for window in each.windows]
     met = [window for window in windows if window.operation]

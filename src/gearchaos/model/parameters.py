@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any, Literal, Self
 
@@ -183,7 +183,7 @@ class MeshModel(Damped, GearModel):
 
     def __reduce__(self):
         values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return _rebuild, (type(self), {**values, "initial": dict(self.initial)})
+        return partial(type(self), **{**values, "initial": dict(self.initial)}), ()
 
     def __repr__(self) -> str:
         values = {f.name: getattr(self, f.name) for f in fields(MeshModel)[1:]} | {"initial": dict(self.initial)}
@@ -324,11 +324,6 @@ _PARTS: dict[str, tuple[type, str, str]] = {
     "initial": (Mapping, "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
 }
 """The fields of a model that are not numbers: their types, and the rule and advice of the error for another type."""
-
-
-def _rebuild(kind: type[MeshModel], values: dict[str, Any]) -> MeshModel:
-    """The model of this class with these fields; pickle calls it."""
-    return kind(**values)
 
 
 @cache

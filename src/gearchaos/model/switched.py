@@ -22,7 +22,7 @@ from typing import Any, Self
 import numpy as np
 
 from gearchaos.errors import InputError
-from gearchaos.model.contacts import MeshContacts, OneSidedContacts, wrapped
+from gearchaos.model.contacts import MeshContacts, wrapped
 from gearchaos.model.damping import DampingLaw
 from gearchaos.model.parameters import COORDINATES, STATE_NAMES, check_has_effect, check_initial_consistent
 from gearchaos.model.stiffness import ToothPairStiffness
@@ -250,25 +250,22 @@ def switched_system(batch: Any, names: tuple[str, ...] | None = None) -> Switche
     starts, levels = (np.stack([np.broadcast_to(v, batch.size) for v in row], axis=1).astype(float)
                       for row in zip(*parts, strict=True))
     a, p = batch.harmonics("c", "alpha")
-    pairs = stiffness.contacts(numbers, batch.size) if isinstance(stiffness, ToothPairStiffness) else None
+    contacts = None
+    if isinstance(stiffness, ToothPairStiffness):  # with flanks at z = ±1 where tooth pairs have no gap
+        pairs, unit = stiffness.contacts(numbers, batch.size), np.eye(len(names))
+        harmonics = np.zeros((2, *rows.f_cos.shape, len(names)))
+        harmonics[0, :, :, 1], harmonics[1, :, :, 1] = rows.f_cos, rows.f_sin
+        contacts = MeshContacts(
+            names=(), front=np.ones(1), rows=unit[None, 0], rates=unit[None, 1], pushes=rows.b[:, None],
+            damping=2 * rows["zeta"][:, None], in_contact=np.array([batch.model.law.in_contact]),
+            meshes=np.zeros(len(pairs.sides), np.int64), sides=pairs.sides, edges=pairs.edges,
+            stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]), orders=rows.order,
+            f_cos=harmonics[0], f_sin=harmonics[1])
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
         levels=levels, starts=starts, same_starts=all(np.ndim(start) == 0 for start, _ in parts),
         chi_cos=(a * np.cos(p)).T, chi_sin=(a * np.sin(p)).T, damping=2 * rows["zeta"], static_force=static_force,
-        law=batch.model.law, **_velocity(rows),
-        contacts=None if pairs is None else _contacts_of_pairs(rows, pairs))
-
-
-def _contacts_of_pairs(rows: _Rows, pairs: OneSidedContacts) -> MeshContacts:
-    """The contacts of one mesh with the displacement z, whose flanks are at z = ±1 where tooth pairs have no gap."""
-    d, harmonics = len(rows.names), np.zeros((2, *rows.f_cos.shape, len(rows.names)))
-    harmonics[0, :, :, 1], harmonics[1, :, :, 1] = rows.f_cos, rows.f_sin
-    return MeshContacts(
-        names=(), front=np.ones(1), rows=np.eye(d)[None, 0],
-        rates=np.eye(d)[None, 1], pushes=rows.b[:, None], damping=2 * rows["zeta"][:, None],
-        in_contact=np.array([rows.batch.model.law.in_contact]), meshes=np.zeros(len(pairs.sides), np.int64),
-        sides=pairs.sides, edges=pairs.edges, stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]),
-        orders=rows.order, f_cos=harmonics[0], f_sin=harmonics[1])
+        law=batch.model.law, **_velocity(rows), contacts=contacts)
 
 
 class _Rows:

@@ -62,7 +62,12 @@ def check(dataset: Any, study: str, **variables: Dims) -> None:
     axes = dataset[over_axes[0]].dims if over_axes else ("tau",) if "tau" in variables else ()
     faults = [_fault(dataset[name]) for name in variables]
     faults += [f"{name} over other dims than {over_axes[0]}" for name in over_axes if dataset[name].dims != axes]
-    faults += [_axis_fault(dataset[axis]) for axis in axes]
+    for axis in (dataset[axis] for axis in axes):
+        faults.append(_fault(axis))
+        if not faults[-1] and not np.isfinite(axis.values).all():
+            faults.append(f"{axis.name} that is not finite")
+        elif not faults[-1] and not (np.diff(axis.values) > 0).all() and not (np.diff(axis.values) < 0).all():
+            faults.append(f"{axis.name} that neither rises nor falls throughout")  # a user may have reversed the axis
     if fault := next(filter(None, faults), ""):
         raise InputError("dataset", f"must be a result of {study}, as it was computed", fault,
                          "Compute it again, or load the file that was saved.")
@@ -130,17 +135,6 @@ def _fault(array: xr.DataArray) -> str:
     if array.size == 0 and array.dims not in _MAY_BE_EMPTY and not no_points:
         return f"{array.name} without values"
     return "" if array.name not in _LABELS or flags(array) else f"{array.name} whose codes are not named"
-
-
-def _axis_fault(axis: xr.DataArray) -> str:
-    """What is wrong with the coordinate of a dimension; an empty text if nothing is."""
-    if fault := _fault(axis):
-        return fault
-    if not np.isfinite(axis.values).all():
-        return f"{axis.name} that is not finite"
-    rising = np.diff(axis.values) > 0
-    monotonic = np.all(rising) or np.all(np.diff(axis.values) < 0)  # a user may have reversed the axis
-    return "" if monotonic else f"{axis.name} that neither rises nor falls throughout"
 
 
 def flags(array: xr.DataArray) -> dict[int, str]:

@@ -50,10 +50,9 @@ def dynamic_factor(ds: xr.Dataset, ax: Axes | None = None, *, legend: bool = Tru
 
     Dots mark the speeds at which the flanks separate. Where the stiffness jumps, thin lines are the quasi-static ratio,
     which the factor has at no speed, and the largest computed factor over it. This one is comparable with K_v, for
-    which the load passes from pair to pair without a jump. A standard has no line where it gives no value; the legend
-    says where it has one, and where the mesh damping acts. The scale is logarithmic where a factor exceeds 20. The
-    ranges of ISO 6336-1 are shaded, the subcritical one left white, and a second axis below shows the resonance ratio
-    N.
+    which the load passes from pair to pair without a jump. The legend says at which speeds a standard gives a value,
+    and where the mesh damping acts. The scale is logarithmic where a factor exceeds 20. The ranges of ISO 6336-1 are
+    shaded, the subcritical one left white, and a second axis below shows the resonance ratio N.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Reduction of a map with more cells than a picture has pixels: one value for each block of cells, read part by part.
 
-A block shows the class that is rarest in the whole map of those that occur in it, so that thin zones stay visible; for
-a continuous variable it shows the mean.
+Of the classes in a block it shows the one that is rarest in the whole map: thin zones stay visible. Of a continuous
+variable it shows the mean.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ def reduced(
     its coordinates, and may scale variables. The picture will show the variable ``colour``, the kind of motion if left
     out.
 
-    Returns the variables that the picture needs, with the centres of the blocks as coordinates, and a note on what was
-    done. Integer variables, such as ``label`` and ``period``, have in each block the values of one kind of cell: of the
-    class that is rarest in the whole map, of those that occur in the block. Floats, and integers with too many values
-    for classes, have the mean of the finite values of the computed cells.
+    Returns the variables for the picture, with the centres of the blocks as coordinates, and a note on what was done.
+    Integer variables, such as ``label`` and ``period``, have in each block the values of its class that is rarest in
+    the whole map. Floats, and integers with too many values for classes, have the mean of the finite values of the
+    computed cells.
     """
     names = ["label", "period", *(["contact"] if "contact" in dataset else [])]
     shown = colour if colour in dataset.data_vars and colour not in names else None

@@ -1,7 +1,7 @@
 """Corner contact: the gap between the flanks of a tooth pair before its path of contact begins and after it ends.
 
-Teeth bend, so that a pair whose flanks would not meet yet, or no longer, may touch: with the tip corner of one wheel on
-the involute of the other, off the line of action. Seager 1975; Lin, Wang, Oswald and Coy 1993; Munro, Morrish and
+Teeth bend. So a pair may touch before its flanks would meet, and after: with the tip corner of one wheel on the
+involute of the other, off the line of action. Seager 1975; Lin, Wang, Oswald and Coy 1993; Munro, Morrish and
 Palmer 1999. On back flanks the mirrored wheels do the same.
 """
 

@@ -74,7 +74,14 @@ def root_section(geometry: Geometry, wheel: int) -> RootSection:
     centre = below / math.cos(theta) - rounding
     chord = z * math.sin(math.pi / 3 - theta) + math.sqrt(3) * centre
     radius = rounding + 2 * below**2 / (math.cos(theta) * (z * math.cos(theta) ** 2 - 2 * below))
-    load_angle, gamma, diameter = _load(geometry, wheel)
+    # the load at the outer point of single pair contact of the virtual gear
+    base, pitch = z * math.cos(alpha), math.pi * math.cos(alpha)  # d_bn/m_n, π d cos β cos α_n/(z m_n)
+    tip = z + (geometry.tip_diameter[wheel] - geometry.reference_diameter[wheel]) / geometry.normal_module
+    ratio = geometry.contact_ratio / math.cos(geometry.base_helix_angle) ** 2  # ε_αn
+    along = math.sqrt((tip - base) * (tip + base)) / 2 - pitch * (ratio - 1)
+    angle = math.atan2(2 * along, base)  # α_en
+    gamma = (math.pi / 2 + 2 * x * math.tan(alpha)) / z + involute(alpha) - involute(angle)  # γ_e
+    load_angle, diameter = angle - gamma, 2 * math.hypot(along, base / 2)  # α_Fen, d_en/m_n
     lever = ((math.cos(gamma) - math.sin(gamma) * math.tan(load_angle)) * diameter
              - z * math.cos(math.pi / 3 - theta) - centre) / 2
     found = RootSection(chord, lever, radius, load_angle)
@@ -107,18 +114,6 @@ def _tangent_angle(geometry: Geometry, slope: float, turn: float) -> float:
             "pressure_angle", f"must leave the 30° tangent on the root fillet for a root stress by {_CLAUSE}, 6.2",
             f"{math.degrees(alpha):.6g} deg", "It is on the fillet up to about 30°: give a smaller angle.")
     return theta
-
-
-def _load(geometry: Geometry, wheel: int) -> tuple[float, float, float]:
-    """α_Fen and γ_e, rad, and d_en/m_n: the load at the outer point of single pair contact of the virtual gear."""
-    z, alpha, module = geometry.virtual_teeth[wheel], geometry.pressure_angle, geometry.normal_module
-    base, pitch = z * math.cos(alpha), math.pi * math.cos(alpha)  # d_bn, π d cos β cos α_n/z
-    tip = z + (geometry.tip_diameter[wheel] - geometry.reference_diameter[wheel]) / module
-    ratio = geometry.contact_ratio / math.cos(geometry.base_helix_angle) ** 2  # ε_αn
-    along = math.sqrt((tip - base) * (tip + base)) / 2 - pitch * (ratio - 1)
-    angle = math.atan2(2 * along, base)  # α_en
-    gamma = (math.pi / 2 + 2 * geometry.profile_shift[wheel] * math.tan(alpha)) / z + involute(alpha) - involute(angle)
-    return angle - gamma, gamma, 2 * math.hypot(along, base / 2)
 
 
 @lru_cache(maxsize=256)

@@ -158,8 +158,8 @@ def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) 
 
 
 def unknown_key(table: str, key: Any, value: Any, names: Iterable[str], known: Mapping[str, Field[Any]]) -> InputError:
-    """The error for a key that is none of the names of a table; it suggests a similar one whose field, where it is
-    known, takes the value: one of the same dimension."""
+    """The error for a key that is none of the names of a table. It suggests a similar name; if its field is known, it
+    must take the value."""
     def takes(name: str) -> bool:
         try:
             known[name].metadata["convert"](name, value)

@@ -78,9 +78,9 @@ class OperatingModel(MeshModel):
     def operating_gears(self) -> Gears:
         """The gears at the speed and torque of the model, which may have been set as ω and q1.
 
-        The torque stays that of the gears where theirs would be another model: the reference stiffness depends on the
-        torque, or q1 and q2 are not in the ratio of the gears. Results are in the units of the reference stiffness
-        either way.
+        The torque stays that of the gears if their model at the other torque would differ: if the reference stiffness
+        depends on the torque, or q1 and q2 are not in the ratio of the gears. Results are in the units of the reference
+        stiffness in both cases.
         """
         gears, own = self.gears, _point(self.gears, None).pair
         if self._speed != own.speed:

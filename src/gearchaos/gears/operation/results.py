@@ -55,7 +55,18 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     if is_physical(dataset):
         return dataset
     out = dataset.assign_attrs(pair=gears_json(pair_of(gears)))
-    for part in _parts(dataset):
+    # of a branch what is over its points, events and jumps, each with its torques; of curves likewise
+    if "special_kind" in dataset:
+        special = dataset.drop_dims("point")
+        parts = [dataset.drop_dims("special"), special.assign_coords(
+            {name: special[f"special_{name}"] for name in dataset.coords})]
+    else:
+        dims = [dim for dim in ("event", "jump") if f"{dim}_value" in dataset]
+        parts = [dataset.drop_dims(dims) if dims else dataset]
+        for dim in dims:
+            alone = dataset.drop_dims([d for d in (*dims, "point") if d != dim])
+            parts.append(alone.assign_coords({dataset["event_value"].attrs.get("quantity"): alone[f"{dim}_value"]}))
+    for part in parts:
         scales = _scales(part, gears)
         own = {name: array for name, array in part.coords.items() if array.dims == dataset[name].dims}
         out = out.assign_coords(scaled(own, scales)).assign(scaled(part.data_vars, scales))
@@ -69,20 +80,6 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
         found["ends"] = json.dumps([scaled_numbers(end, pair_of(gears, end.get("torque")).scales)[0]
                                     for end in json.loads(dataset.attrs["ends"])])
     return out.assign_attrs(found)
-
-
-def _parts(dataset: xr.Dataset) -> list[xr.Dataset]:
-    """The Dataset; of a branch what is over its points, events and jumps, each with its torques; of curves likewise."""
-    if "special_kind" in dataset:
-        special = dataset.drop_dims("point")
-        values = {name: special[f"special_{name}"] for name in dataset.coords}
-        return [dataset.drop_dims("special"), special.assign_coords(values)]
-    own = [dim for dim in ("event", "jump") if f"{dim}_value" in dataset]
-    if not own:
-        return [dataset]
-    axis = dataset["event_value"].attrs.get("quantity")
-    parts = {dim: dataset.drop_dims([d for d in (*own, "point") if d != dim]) for dim in own}
-    return [dataset.drop_dims(own), *(part.assign_coords({axis: part[f"{dim}_value"]}) for dim, part in parts.items())]
 
 
 def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:

@@ -71,9 +71,9 @@ class PlanetarySet(Record):
     Where the sun turns forwards in the frame of the carrier, as it does unless it is held, the sun mesh of planet n, at
     the angle ψ_n, is z_s ψ_n behind that of the first one, and its ring mesh z_r ψ_n ahead (R. G. Parker, J. Lin, *Mesh
     phasing relationships in planetary and epicyclic gears*, J. Mech. Des. 126 (2004) 365). A planet meets sun and ring
-    with opposite flanks at opposite points of its pitch circles, so that its ring mesh is ahead by z_p π and the angle
-    z_p (ψ_s + ψ_r) between these flanks of a tooth, each ψ = (π/2 + 2 x_p tan α_n)/z_p + inv α_t − inv α_wt at its
-    pitch circle: without profile shift half a cycle where its number of teeth is even.
+    with opposite flanks at opposite points of its pitch circles. So its ring mesh is ahead by z_p π, and by the angle
+    z_p (ψ_s + ψ_r) between these flanks of a tooth, with ψ = (π/2 + 2 x_p tan α_n)/z_p + inv α_t − inv α_wt at each
+    pitch circle. Without profile shift that is half a cycle for an even number of teeth.
 
     Examples
     --------

@@ -119,8 +119,8 @@ def from_quality(
     Tolerances are limits, and part of f_pt differs from tooth to tooth and does not repeat with the mesh: a pair of
     typical wheels has less, and other phases. Tip relief and misalignment, which the grade does not limit, come on top.
     For those of typical wheels no standard has a value. Deviations of wheels are then assumed to be independent and
-    normal with a standard deviation of a third of the permissible one, as those of the pitch that are drawn within a
-    grade are: the root mean square of each harmonic is a third of that at the limit of the grade.
+    normal. Their standard deviation is a third of the permissible one, as that of pitch errors drawn within a grade.
+    The root mean square of each harmonic is then a third of that at the limit of the grade.
 
     A quality with the ``deviations`` of its wheels, over those permissible, has the sum of both instead, with their
     signs: one that is less than 0 is a parabola turned over, greatest in the middle of the path of contact.

@@ -1,7 +1,7 @@
 """Static transmission error from measured orders, or from a table over the roll angle.
 
-Both describe gears without load, or with a load so small that teeth do not deflect; see
-`gearchaos.gears.transmission_error.harmonics` for the sign and for the elastic part, which must not be in them.
+Both describe gears without load, or with a load so small that teeth do not deflect: the elastic part must not be in
+them. The sign is that of `gearchaos.gears.transmission_error.harmonics`.
 """
 
 from __future__ import annotations
