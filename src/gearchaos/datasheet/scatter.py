@@ -35,19 +35,23 @@ def scatter_document(dataset: xr.Dataset) -> dict[str, Any]:
         items = [f"{each:g} {unit}".rstrip() if isinstance(each, float) else str(each)
                  for each in Scattered.parse(f"{name}={words}").items]
         inputs[name] = {"distribution": words, "unit": unit, "cut": cut, "items": items}
-    # with no jump of the stiffness the peak is the static one
-    varied = {name.rpartition(".")[2] for name in inputs}
-    jumps = beside_factors(model_from_json(dataset.attrs["model"]), varied).get("quasi-static ratio")
     torques = dataset["torque"].values.tolist() if "torque" in dataset.coords else [None]
     return {
         "designs": int(dataset.sizes["sample"]), "impossible": float(dataset["impossible"]),
         "impossible_because": dataset.attrs["impossible_because"], "undecided": float(dataset["undecided_share"]),
         **{name: settings[name] for name in ("start", "load_change", "wide", "factor")},
-        "force_over": QUASI_STATIC if jumps or varied & _OF_STIFFNESS else "static force",
-        "along": along, "inputs": inputs,
+        "force_over": _force_over(dataset), "along": along,
+        "inputs": inputs,
         along: dataset[along].values.tolist(), "indices_refused": dataset.attrs["indices_refused"],
         "correlations": settings["correlations"],
         "torques": [_at_torque(dataset.isel(torque=t), torque) for t, torque in enumerate(torques)]}
+
+
+def _force_over(dataset: xr.Dataset) -> str:
+    """The force that its limit is a multiple of, in words: with no jump of the stiffness the peak is the static one."""
+    varied = {name.rpartition(".")[2] for name in dataset["varied"].values.tolist()}
+    jumps = beside_factors(model_from_json(dataset.attrs["model"]), varied).get("quasi-static ratio")
+    return QUASI_STATIC if jumps or varied & _OF_STIFFNESS else "static force"
 
 
 def _at_torque(one: xr.Dataset, torque: float | None) -> dict[str, Any]:

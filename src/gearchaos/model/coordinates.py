@@ -151,7 +151,15 @@ def to_physical(batch: Any, names: tuple[str, ...], w: np.ndarray, tau: np.ndarr
     x2, x2_dot = mean - share * difference, mean_dot - share * difference_dot
     if "x2_dot" in at:
         x2_dot = at["x2_dot"]
-        by_integral = _from_first_integral(batch, tau, difference, difference_dot, x2_dot)
+        # if β/J differs between the wheels, x2 follows from a first integral of (2.12), in whose first two rows the mesh
+        # force cancels: J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 − (q1 − q2) τ is constant; 0 without bearing friction
+        start = initial_values(batch)
+        J1, J2, b1, b2, q1, q2 = (_column(batch, batch[n]) for n in ("J1", "J2", "beta1", "beta2", "q1", "q2"))
+        a, va, b, vb = (_column(batch, start[n]) for n in COORDINATES["torsional"])
+        momentum = J1 * va + J2 * vb + 2 * b1 * a + 2 * b2 * b + (q1 - q2) * tau
+        rest = momentum - J1 * (difference_dot + x2_dot) - J2 * x2_dot - 2 * b1 * difference
+        friction = np.broadcast_to(2 * (b1 + b2), rest.shape)
+        by_integral = np.divide(rest, friction, out=np.zeros(rest.shape), where=friction > 0)
         x2 = np.where(_column(batch, equal_ratios(batch, "beta", "J")), x2, by_integral)
     if integrated is not None:
         x2 = np.where(np.isnan(integrated), x2, integrated)
@@ -175,22 +183,6 @@ def _mean_rotation(batch: Batch, tau: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
         phi1, phi2 = hyp1f1(1, 2, -r * tau), hyp1f1(1, 3, -r * tau) / 2
     return m + tau * (m_dot * phi1 + a * tau * phi2), m_dot * np.exp(-r * tau) + a * tau * phi1
-
-
-def _from_first_integral(batch: Batch, tau: np.ndarray, difference: np.ndarray, difference_dot: np.ndarray,
-                         x2_dot: np.ndarray) -> np.ndarray:
-    """x2 (P, S) if β/J differs between the wheels, from a first integral of (2.12); 0 without bearing friction.
-
-    J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 − (q1 − q2) τ is constant, since the mesh force cancels in the sum of the first
-    two rows of (2.12).
-    """
-    x = initial_values(batch)
-    J1, J2, b1, b2, q1, q2 = (_column(batch, batch[n]) for n in ("J1", "J2", "beta1", "beta2", "q1", "q2"))
-    x1, v1, x2, v2 = (_column(batch, x[n]) for n in COORDINATES["torsional"])
-    momentum = J1 * v1 + J2 * v2 + 2 * b1 * x1 + 2 * b2 * x2 + (q1 - q2) * tau
-    numerator = momentum - J1 * (difference_dot + x2_dot) - J2 * x2_dot - 2 * b1 * difference
-    friction = np.broadcast_to(2 * (b1 + b2), numerator.shape)
-    return np.divide(numerator, friction, out=np.zeros(numerator.shape), where=friction > 0)
 
 
 def _lateral(batch: Batch, at: dict[str, np.ndarray], tau: np.ndarray) -> dict[str, np.ndarray]:

@@ -199,7 +199,14 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
                          "Give the error over at least one whole mesh period, in smaller steps.")
     angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
-    root = np.sqrt(weights := _weights(times))
+    # a sample weighs its share of the time by the trapezoidal rule, over the median; samples of the same time share it
+    instants, index, counts = np.unique(times, return_inverse=True, return_counts=True)
+    steps, span = np.diff(instants), float(instants[-1] - instants[0])
+    left = max(math.ceil(span - _PERIOD_TOLERANCE) - span, 0.0)  # of the last mesh period, after which the record begins
+    left = left if left <= (1 + _PERIOD_TOLERANCE) * steps.max() else 0.0  # anew, unless it lacks more than a step
+    shares = ((np.append(left, steps) + np.append(steps, left)) / 2 / counts)[index]
+    weights = np.round(shares / np.median(shares), 12)  # exactly 1 for equal steps
+    root = np.sqrt(weights)
     solution = np.linalg.lstsq(basis * root[:, None], error * root, rcond=None)[0]
     cosine, sine = solution[1 : count + 1], solution[count + 1:]
     amplitudes, phases = tuple(np.hypot(cosine, sine).tolist()), tuple(np.arctan2(sine, cosine).tolist())
@@ -212,18 +219,3 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
     return ErrorHarmonics(
         amplitudes=amplitudes, phases=phases, source=source, residual_rms=rms, residual_peak=float(np.abs(rest).max()),
         warnings=(missing,) if missing else ())
-
-
-def _weights(tau: np.ndarray) -> np.ndarray:
-    """Shares of the samples in the time of the record over their median, (samples,), by the trapezoidal rule.
-
-    The record is continued periodically after a whole number of mesh periods, if the rest is no longer than its longest
-    step: its first and last sample then share this rest. Samples of the same time share its weight.
-    """
-    times, index, counts = np.unique(tau, return_inverse=True, return_counts=True)
-    steps, span = np.diff(times), float(times[-1] - times[0])
-    rest = max(math.ceil(span - _PERIOD_TOLERANCE) - span, 0.0)
-    rest = rest if rest <= (1 + _PERIOD_TOLERANCE) * steps.max() else 0.0
-    shares = (np.append(rest, steps) + np.append(steps, rest)) / 2
-    each = (shares / counts)[index]
-    return np.round(each / np.median(each), 12)  # exactly 1 for equal steps
