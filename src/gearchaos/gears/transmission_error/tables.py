@@ -199,11 +199,12 @@ def fit_harmonics(tau: np.ndarray, error: np.ndarray, orders: int, *, source: st
                          "Give the error over at least one whole mesh period, in smaller steps.")
     angle = 2 * np.pi * times[:, None] * np.arange(1, count + 1)
     basis = np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)])
-    # a sample weighs its share of the time by the trapezoidal rule, over the median; samples of the same time share it
+    # each sample weighs its share of the time by the trapezoidal rule, those of the same time share it; the first and
+    # the last one share what is left of the last mesh period, if it is no longer than the longest step
     instants, index, counts = np.unique(times, return_inverse=True, return_counts=True)
     steps, span = np.diff(instants), float(instants[-1] - instants[0])
-    left = max(math.ceil(span - _PERIOD_TOLERANCE) - span, 0.0)  # of the last mesh period, after which the record begins
-    left = left if left <= (1 + _PERIOD_TOLERANCE) * steps.max() else 0.0  # anew, unless it lacks more than a step
+    left = max(math.ceil(span - _PERIOD_TOLERANCE) - span, 0.0)
+    left = left if left <= (1 + _PERIOD_TOLERANCE) * steps.max() else 0.0
     shares = ((np.append(left, steps) + np.append(steps, left)) / 2 / counts)[index]
     weights = np.round(shares / np.median(shares), 12)  # exactly 1 for equal steps
     root = np.sqrt(weights)
