@@ -11,7 +11,7 @@ import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operation.operating import AnyModel, OperatingModel, as_model
-from gearchaos.model import COORDINATES, SCALARS, MeshModel, Stiffness, has_effect, vary
+from gearchaos.model import COORDINATES, SCALARS, Stiffness, has_effect, vary
 from gearchaos.model.coordinates import initial_state, initial_values, transmission_error_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import quantity
@@ -70,6 +70,14 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     names, wave, error = COORDINATES[found.kind], found.stiffness, found.error
     orders = [1, len(error.amplitudes), len(wave.harmonics()[0])]
     scales = found.gears.to_pair().scales if isinstance(found, OperatingModel) else None
+    batch = vary(found, {})
+    x = {name: float(value[0]) for name, value in initial_values(batch).items()}
+    initial = [x[name] for name in found.coordinate_names if name in x]
+    if found.kind == "single":
+        error0, error_dot = (float(value[0]) for value in transmission_error_at_start(batch))
+        initial = [x["x1"] - x["x2"] - error0, x["x1_dot"] - x["x2_dot"] - error_dot]
+        if found.initial.keys() & {"z", "z_dot"}:
+            initial = [found.initial.get(name, 0.0) for name in ("z", "z_dot")]
     return _rendered(
         TEMPLATES[tool], kind=found.kind, law=found.law,
         equation=f", {wave.equation}" * bool(wave.equation), series=bool(wave.families),
@@ -79,7 +87,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
                  for n in SCALARS if has_effect(n, found.kind)],
         scales=[f"Here Δ = {scales.length!r} m and ω0 = {scales.rate!r} rad/s."] if scales else [],
         eps=_list(error.amplitudes), theta=_list(error.phases), names=list(names), names_in_words=", ".join(names),
-        initial=_list(_initial(found)), largest_order=max(orders),
+        initial=_list(initial), largest_order=max(orders),
         columns_in_words="τ, z and z'" if found.kind == "single" else "τ, the coordinates, z and z'",
     )
 
@@ -151,15 +159,3 @@ def _comment(name: str) -> str:
     row = quantity(name)
     wheel = f" of wheel {name[-1]}" if name[-1] in "12" else ""
     return f"{row.long_name or row.title}{wheel}, {row.symbol} of {'(2.8)' if name == 'omega' else '(2.11)'}"
-
-
-def _initial(model: MeshModel) -> list[float]:
-    """The values at τ = 0 of the coordinates for which the model gives results."""
-    batch = vary(model, {})
-    x = {name: float(value[0]) for name, value in initial_values(batch).items()}
-    if model.kind != "single":
-        return [x[name] for name in model.coordinate_names]
-    if model.initial.keys() & {"z", "z_dot"}:
-        return [model.initial.get(name, 0.0) for name in ("z", "z_dot")]
-    error, error_dot = (float(value[0]) for value in transmission_error_at_start(batch))
-    return [x["x1"] - x["x2"] - error, x["x1_dot"] - x["x2_dot"] - error_dot]

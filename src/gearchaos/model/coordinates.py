@@ -151,7 +151,7 @@ def to_physical(batch: Any, names: tuple[str, ...], w: np.ndarray, tau: np.ndarr
     x2, x2_dot = mean - share * difference, mean_dot - share * difference_dot
     if "x2_dot" in at:
         x2_dot = at["x2_dot"]
-        # if β/J differs between the wheels, x2 follows from a first integral of (2.12): in the sum of its first two rows
+        # if β/J differs between the wheels, x2 follows from a first integral of (2.12): in its first two rows together
         # the mesh force cancels, and J1 x1' + J2 x2' + 2β1 x1 + 2β2 x2 − (q1 − q2) τ is constant
         start = initial_values(batch)
         J1, J2, b1, b2, q1, q2 = (_column(batch, batch[n]) for n in ("J1", "J2", "beta1", "beta2", "q1", "q2"))

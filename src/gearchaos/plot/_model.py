@@ -57,8 +57,22 @@ def schematic(ax: Axes | None = None) -> Axes:
     ax.set_axis_off()
     ax.set_aspect("equal")
     for n in (1, 2):
-        _wheel(ax, n)
         (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
+        ax.add_patch(Circle((x, y), r, facecolor=adapt(_STEEL), edgecolor=adapt(INK), linewidth=1.2))
+        ax.add_patch(Circle((x, y), 0.09, facecolor=adapt(INK), edgecolor="none", zorder=3))
+        ax.plot([x, x - side * r], [y, y], **adapt_style(_THIN_LINE))
+        ax.text(x - side * r / 2, y + 0.22, f"$R_{n}$", ha="center")
+        ax.text(x + side * 0.48 * r, y + 0.12, f"$m_{n}, I_{n}$", ha="center")
+        # by (2.3) u grows as the rim of wheel 1 moves up and that of wheel 2 down: the positive sense of both angles
+        start, stop = ((190, 262), (-20, -110))[n - 1]
+        _arc_arrow(ax, (x, y), r * 0.62, start, stop, rf"$\varphi_{n}$", 0.34)
+        first, last = ((105, 190), (-5, 80))[n - 1]
+        _arc_arrow(ax, (x, y), r + 0.32, first, last, f"$M_{n}$", 0.42, colour=STROBE)
+        beside = x + side * (r + 0.75)
+        ax.annotate("", (beside, y - 0.1), (beside, y - 0.95),
+                    arrowprops={"arrowstyle": "-|>", "color": adapt("black"), "lw": 0.9})
+        ax.text(beside + side * 0.15, y - 0.6, f"$u_{n}$", ha="left" if side > 0 else "right")
+        # the support
         near, far = y + side * (r + 0.3), y + side * (r + 1.7)
         ax.plot([x, x], [y, near], **adapt_style(_LINE))
         ax.plot([x - 0.5, x + 0.5], [near, near], **adapt_style(_LINE))
@@ -75,25 +89,6 @@ def schematic(ax: Axes | None = None) -> Axes:
     for text in ax.texts:
         text.set_fontsize(float(text.get_fontsize()) * min(1.0, max(_SMALLEST_SCALE, height / _FULL_HEIGHT)))
     return ax
-
-
-def _wheel(ax: Axes, n: int) -> None:
-    """Draw wheel 1 or 2 with its radius, inertia, rotation, torque and lateral displacement."""
-    (x, y), r, side = _CENTRES[n - 1], _RADII[n - 1], _SIDES[n - 1]
-    ax.add_patch(Circle((x, y), r, facecolor=adapt(_STEEL), edgecolor=adapt(INK), linewidth=1.2))
-    ax.add_patch(Circle((x, y), 0.09, facecolor=adapt(INK), edgecolor="none", zorder=3))
-    ax.plot([x, x - side * r], [y, y], **adapt_style(_THIN_LINE))
-    ax.text(x - side * r / 2, y + 0.22, f"$R_{n}$", ha="center")
-    ax.text(x + side * 0.48 * r, y + 0.12, f"$m_{n}, I_{n}$", ha="center")
-    # by (2.3) u grows as the rim of wheel 1 moves up and that of wheel 2 down: the positive sense of both angles
-    start, stop = ((190, 262), (-20, -110))[n - 1]
-    _arc_arrow(ax, (x, y), r * 0.62, start, stop, rf"$\varphi_{n}$", 0.34)
-    first, last = ((105, 190), (-5, 80))[n - 1]
-    _arc_arrow(ax, (x, y), r + 0.32, first, last, f"$M_{n}$", 0.42, colour=STROBE)
-    beside = x + side * (r + 0.75)
-    ax.annotate("", (beside, y - 0.1), (beside, y - 0.95),
-                arrowprops={"arrowstyle": "-|>", "color": adapt("black"), "lw": 0.9})
-    ax.text(beside + side * 0.15, y - 0.6, f"$u_{n}$", ha="left" if side > 0 else "right")
 
 
 def _arc_arrow(

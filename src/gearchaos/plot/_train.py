@@ -209,25 +209,23 @@ def _draw_body(ax: Axes, scheme: _Scheme, body: Body, scale: float) -> None:
     """Its wheels, or the arms of a carrier, the sense of rotation, and what is written; ``scale`` in points for a m."""
     centre, radius, train = scheme.centres[body.name], scheme.radius(body.name), scheme.train
     planets = [scheme.centres[other.name] for other in train.bodies if other.carrier == body.name]
-    style: dict[str, Any] = {"edgecolor": adapt(INK), "linewidth": 1.1, "zorder": 1.0,
+    style: dict[str, Any] = {"edgecolor": adapt(INK), "linewidth": 1.1, "zorder": 1.0, "hatch": "////" if body.fixed else None,
                              "linestyle": (0, (4, 2)) if body.motion is not None else "-"}
     ring = scheme.ring(body.name)
     if planets:
         ax.add_patch(Circle(centre, math.dist(centre, planets[0]), fill=False, edgecolor=adapt("0.7"), linewidth=4,
                             zorder=0.6))
     elif ring:
-        ax.add_patch(Annulus(centre, radius * (1 + _RIM), radius * _RIM, facecolor=adapt(_STEEL),
-                             hatch="////" if body.fixed else None, **style))
+        ax.add_patch(Annulus(centre, radius * (1 + _RIM), radius * _RIM, facecolor=adapt(_STEEL), **style))
     else:
         for n, own in enumerate(sorted(scheme.radii[body.name], reverse=True) or [radius]):
-            ax.add_patch(Circle(centre, own, facecolor=adapt(_SHADE if n else _STEEL),
-                                hatch="////" if body.fixed else None, **{**style, "linewidth": 0.5 if n else 1.1}))
+            ax.add_patch(Circle(centre, own, facecolor=adapt(_SHADE if n else _STEEL), **{
+                **style, "linewidth": 0.5 if n else 1.1}))
     speed = train.speeds[body.name]
     turns = f"{abs(speed):.0f} rpm" if abs(speed) >= 1000 else f"{abs(speed):.4g} rpm"
     lines = [line for line in (body.name, scheme.teeth(body.name), turns if speed else "held") if line]
     if planets or ring:
-        at = scheme.extent(body.name) * (1 + 1.6 * _RIM)
-        side = 1 if ring else -1
+        at, side = scheme.extent(body.name) * (1 + 1.6 * _RIM), 1 if ring else -1
         place = centre[0] + side * at * math.sqrt(0.5), centre[1] + at * math.sqrt(0.5)
         ax.text(*place, "\n".join(lines), ha="left" if side > 0 else "right", va="bottom", fontsize=_size_beside(),
                 color=adapt("black"), linespacing=1.0)
@@ -242,20 +240,17 @@ def _draw_body(ax: Axes, scheme: _Scheme, body: Body, scale: float) -> None:
                 _size_beside(), color=adapt("black"), linespacing=1.0, zorder=4)
     if speed:
         first = [math.degrees(other.position) for other in train.bodies if other.carrier == body.name][:1]
-        _draw_sense(ax, centre, arc, speed > 0, first[0] + 180 / len(planets) if planets else 75)
+        middle, turned = first[0] + 180 / len(planets) if planets else 75, -20 if speed > 0 else 20  # degrees
+        ends = [(centre[0] + arc * math.cos(angle), centre[1] + arc * math.sin(angle))
+                for angle in np.radians((middle + turned, middle - turned))]
+        bend = math.tan(math.radians(40) / 4)  # of an arc of 40 degrees
+        ax.add_patch(FancyArrowPatch(
+            *ends, connectionstyle=f"arc3,rad={bend if speed > 0 else -bend}", color=adapt(STROBE), arrowstyle="-|>",
+            mutation_scale=7, linewidth=1.0, shrinkA=0, shrinkB=0, zorder=3))
 
 
 def _size_beside() -> float:
     return 0.8 * float(rcParams["font.size"])
-
-
-def _draw_sense(ax: Axes, centre: tuple[float, float], radius: float, forward: bool, at: float) -> None:
-    """An arrow along the rim in the sense of rotation, counterclockwise if forward; ``at`` degrees of its middle."""
-    first, last = np.radians((at - 20, at + 20) if forward else (at + 20, at - 20))
-    ends = [(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle)) for angle in (first, last)]
-    bend = math.tan(math.radians(40) / 4)  # of an arc of 40 degrees
-    ax.add_patch(FancyArrowPatch(*ends, connectionstyle=f"arc3,rad={bend if forward else -bend}", color=adapt(STROBE),
-                                 arrowstyle="-|>", mutation_scale=7, linewidth=1.0, shrinkA=0, shrinkB=0, zorder=3))
 
 
 def _towards(scheme: _Scheme, a: str, b: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
