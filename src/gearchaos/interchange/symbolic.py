@@ -122,12 +122,8 @@ class SymbolicModel:
     def accelerations(self) -> dict[AppliedUndef, Expr]:
         """The second derivative of each coordinate as a function of τ, the coordinates and their first derivatives.
 
-        All definitions are inserted; the parameters remain symbols.
-
-        Raises
-        ------
-        InputError
-            If the equations do not determine the second derivatives.
+        All definitions are inserted; the parameters remain symbols. Raises `InputError` if the equations do not
+        determine the second derivatives.
         """
         sp, coordinates = sympy(), self.coordinates
         unknown = [sp.Dummy(f"a_{f.func.__name__}") for f in coordinates]

@@ -238,17 +238,10 @@ class MeshModel(Damped, GearModel):
             stiffness=model.stiffness.with_values(waves), initial={**kept, **initial})
 
     def expand(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Values of single parameters and initial values, from values by any name that the model accepts.
+        """Values, numbers or arrays (P,), by the names of single parameters and initial values.
 
-        Parameters
-        ----------
-        values : mapping of str to float or (P,)
-            Names as in `with_values`, without ``kind`` and whole parts such as ``stiffness``.
-
-        Raises
-        ------
-        InputError
-            For a name that the model does not have; the advice is the most similar known name.
+        Given are values by any name of `with_values`, without ``kind`` and whole parts such as ``stiffness``. Raises
+        `InputError` for a name that the model does not have; the advice is the most similar known name.
         """
         flat: dict[str, Any] = {}
         for name, value in values.items():

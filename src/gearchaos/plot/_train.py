@@ -209,8 +209,9 @@ def _draw_body(ax: Axes, scheme: _Scheme, body: Body, scale: float) -> None:
     """Its wheels, or the arms of a carrier, the sense of rotation, and what is written; ``scale`` in points for a m."""
     centre, radius, train = scheme.centres[body.name], scheme.radius(body.name), scheme.train
     planets = [scheme.centres[other.name] for other in train.bodies if other.carrier == body.name]
-    style: dict[str, Any] = {"edgecolor": adapt(INK), "linewidth": 1.1, "zorder": 1.0, "hatch": "////" if body.fixed else None,
-                             "linestyle": (0, (4, 2)) if body.motion is not None else "-"}
+    style: dict[str, Any] = {
+        "edgecolor": adapt(INK), "linewidth": 1.1, "zorder": 1.0, "hatch": "////" if body.fixed else None,
+        "linestyle": (0, (4, 2)) if body.motion is not None else "-"}
     ring = scheme.ring(body.name)
     if planets:
         ax.add_patch(Circle(centre, math.dist(centre, planets[0]), fill=False, edgecolor=adapt("0.7"), linewidth=4,

@@ -225,15 +225,7 @@ class GearDesign(Drawing, HasCard):
         return cls(**design, **out)
 
     def at(self, *, speed: float | str | None = None, torque: float | str | None = None) -> GearDesign:
-        """The same design at another speed or torque of wheel 1.
-
-        Parameters
-        ----------
-        speed : float or str, optional
-            In rpm, or a text with another unit.
-        torque : float or str, optional
-            In N m, or a text with another unit.
-        """
+        """The same design at another speed, in rpm, or torque, in N m, of wheel 1; or texts with other units."""
         given: dict[str, Any] = {
             name: value for name, value in (("speed", speed), ("torque", torque)) if value is not None}
         return replace(self, **given)

@@ -49,14 +49,9 @@ class _Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class TrainModel(GearModel):
-    """A train at its operating point.
+    """A train at its operating point, with dimensionless initial values by coordinate.
 
-    Parameters
-    ----------
-    train : Train
-    initial : mapping of str to float
-        Initial values by name of coordinate, dimensionless; without them the train begins at rest, with the static
-        deflections of its mean torques.
+    Without initial values it begins at rest, with the static deflections of its mean torques.
     """
 
     kind: ClassVar[str] = "train"
