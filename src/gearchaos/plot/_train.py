@@ -207,40 +207,39 @@ def train(train: Train, ax: Axes | None = None) -> Axes:
 
 def _draw_body(ax: Axes, scheme: _Scheme, body: Body, scale: float) -> None:
     """Its wheels, or the arms of a carrier, the sense of rotation, and what is written; ``scale`` in points for a m."""
-    centre, radius, train = scheme.centres[body.name], scheme.radius(body.name), scheme.train
-    planets = [scheme.centres[other.name] for other in train.bodies if other.carrier == body.name]
+    centre, radius, ring = scheme.centres[body.name], scheme.radius(body.name), scheme.ring(body.name)
+    planets = [scheme.centres[other.name] for other in scheme.train.bodies if other.carrier == body.name]
     style: dict[str, Any] = {
         "edgecolor": adapt(INK), "linewidth": 1.1, "zorder": 1.0, "hatch": "////" if body.fixed else None,
         "linestyle": (0, (4, 2)) if body.motion is not None else "-"}
-    ring = scheme.ring(body.name)
     if planets:
-        ax.add_patch(Circle(centre, math.dist(centre, planets[0]), fill=False, edgecolor=adapt("0.7"), linewidth=4,
-                            zorder=0.6))
+        reach = math.dist(centre, planets[0])
+        ax.add_patch(Circle(centre, reach, fill=False, edgecolor=adapt("0.7"), linewidth=4, zorder=0.6))
     elif ring:
         ax.add_patch(Annulus(centre, radius * (1 + _RIM), radius * _RIM, facecolor=adapt(_STEEL), **style))
     else:
         for n, own in enumerate(sorted(scheme.radii[body.name], reverse=True) or [radius]):
             ax.add_patch(Circle(centre, own, facecolor=adapt(_SHADE if n else _STEEL), **{
                 **style, "linewidth": 0.5 if n else 1.1}))
-    speed = train.speeds[body.name]
-    turns = f"{abs(speed):.0f} rpm" if abs(speed) >= 1000 else f"{abs(speed):.4g} rpm"
+    speed = scheme.train.speeds[body.name]
+    turns = f"{abs(speed):{'.0f' if abs(speed) >= 1000 else '.4g'}} rpm"
     lines = [line for line in (body.name, scheme.teeth(body.name), turns if speed else "held") if line]
     if planets or ring:
         at, side = scheme.extent(body.name) * (1 + 1.6 * _RIM), 1 if ring else -1
         place = centre[0] + side * at * math.sqrt(0.5), centre[1] + at * math.sqrt(0.5)
         ax.text(*place, "\n".join(lines), ha="left" if side > 0 else "right", va="bottom", fontsize=_size_beside(),
                 color=adapt("black"), linespacing=1.0)
-        arc = math.dist(centre, planets[0]) if planets else radius * (1 + _RIM / 2)
+        arc = reach if planets else radius * (1 + _RIM / 2)
     else:
         arc = 0.86 * radius
-        size = scale * min(1.4 * radius / (_CHARACTER * max(map(len, lines))),
-                           1.15 * radius / (_LINE_HEIGHT * len(lines)))
+        wide, high = 1.4 * radius / (_CHARACTER * max(map(len, lines))), 1.15 * radius / (_LINE_HEIGHT * len(lines))
+        size = scale * min(wide, high)
         inside = size >= _SMALLEST
         ax.text(centre[0], centre[1] - (0.06 * radius if inside else 1.08 * radius), "\n".join(lines), ha="center",
                 va="center" if inside else "top", fontsize=min(size, rcParams["font.size"]) if inside else
                 _size_beside(), color=adapt("black"), linespacing=1.0, zorder=4)
     if speed:
-        first = [math.degrees(other.position) for other in train.bodies if other.carrier == body.name][:1]
+        first = [math.degrees(other.position) for other in scheme.train.bodies if other.carrier == body.name][:1]
         middle, turned = first[0] + 180 / len(planets) if planets else 75, -20 if speed > 0 else 20  # degrees
         ends = [(centre[0] + arc * math.cos(angle), centre[1] + arc * math.sin(angle))
                 for angle in np.radians((middle + turned, middle - turned))]
