@@ -254,15 +254,16 @@ def draw_legend(host: Axes | Figure, handles: Sequence[Artist], fit_to: Axes | N
     if isinstance(host, Figure) or "ncols" in options:
         columns = options.pop("ncols", min(len(handles), _COLUMNS))
         return host.legend(handles=by_rows(columns), ncols=columns, **options)
-    # from the left edge of the Axes, after layout, to the right edge of its grid cell, in pixels
+    # the width is that from the left edge of the Axes, after layout, to the right edge of its grid cell, in pixels
     ax = fit_to or host
     figure, spec = ax.get_figure(root=False), ax.get_subplotspec()
     assert figure is not None
     start, end, count = (spec.colspan.start, spec.colspan.stop, spec.get_gridspec().ncols) if spec else (0, 1, 1)
     left, right = (figure.bbox.x0 + figure.bbox.width * edge / count for edge in (start, end))
-    drawn = ax.get_tightbbox()
-    width = right - ax.bbox.x0 if figure.get_layout_engine() is None else right - left - _PAD * figure.dpi - (
-        0.0 if drawn is None else ax.bbox.x0 - drawn.x0)
+    width = right - ax.bbox.x0
+    if figure.get_layout_engine() is not None:
+        drawn = ax.get_tightbbox()
+        width = right - left - (0.0 if drawn is None else ax.bbox.x0 - drawn.x0) - _PAD * figure.dpi
     sizes = rcParams["legend.fontsize"], "small", "x-small"  # a smaller font is preferred to a single column
     layouts = [(size, columns) for size in sizes for columns in range(len(handles), 1, -1)]
     for size, columns in [*layouts, ("small", 1), ("xx-small", 1)]:

@@ -363,8 +363,8 @@ def response_curve(ds: xr.Dataset, y: str = "z_peak_to_peak", ax: Axes | None = 
         handles += ax.plot(ds["event_value"].values[own], ds[f"event_{y}"].values[own], linestyle="none", zorder=4,
                            label=event_words(kind), **adapt_style(style))
     x, row, jumps = ds[axis].values, _rows(ds), False
-    for value, after in zip(ds["jump_value"].values.tolist(), ds["jump_point"].values.tolist(), strict=True) if (
-            "jump_value" in ds) else ():
+    reached = [ds[f"jump_{name}"].values.tolist() if "jump_value" in ds else [] for name in ("value", "point")]
+    for value, after in zip(*reached, strict=True):
         (events,) = np.nonzero((ds["event_value"].values == value) & (kinds == "fold"))
         if len(events) and after in row and after + 1 in row:  # it leads to an orbit of the branches
             ends, jumps = [row[after], row[after + 1]], True
