@@ -17,7 +17,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.studies.core.proportions import proportion
 from gearchaos.studies.operation.followed_motions import FollowedMotions, Motion
-from gearchaos.studies.operation.window_edges import Sought, Way, continue_orbits
+from gearchaos.studies.operation.window_edges import Bracket, MotionPath, continue_orbits
 from gearchaos.studies.speeds.assess import Assessment
 from gearchaos.studies.speeds.speed_windows import RandomStates, UsableRange
 from tests.closed_forms.linear_gears import SPUR
@@ -139,10 +139,10 @@ def test_each_speed_counts_by_the_range_for_which_it_stands_not_by_its_states():
     (100.0, 110.0, (106.0, 103.0), 106.0), (110.0, 100.0, (104.0, 107.0), 104.0),
     (100.0, 110.0, (103.0, 106.0), 106.0)])
 def test_an_edge_is_that_of_the_motion_that_goes_furthest_in_whatever_order(inside, outside, ends, edge):
-    sought = Sought(None, inside, outside, (), (), lambda _: 1, End(inside))
+    bracket = Bracket(None, inside, outside, (), (), lambda _: 1, End(inside))
     for speed in ends:
-        sought.reach(End(speed))
-    assert sought.found.value == edge
+        bracket.reach(End(speed))
+    assert bracket.found.value == edge
 
 
 def test_an_orbit_of_a_shorter_period_is_the_same_motion_only_where_both_merge():
@@ -195,9 +195,9 @@ def isola_motion():
 @pytest.mark.filterwarnings("ignore::gearchaos.errors.DesignWarning")
 def test_an_orbit_is_followed_to_both_folds_of_a_closed_branch():
     model, motion = isola_motion()
-    ways = [Way(None, ISOLA, to, motion) for to in (0.9 * ISOLA, 1.1 * ISOLA)]
+    paths = [MotionPath(None, ISOLA, to, motion) for to in (0.9 * ISOLA, 1.1 * ISOLA)]
     along = events(model.gears, ISOLA, motion.w, 1, "speed=300:500")
-    for end, _ in Follower(model, "speed").ends([way.path for way in ways]):
+    for end, _ in Follower(model, "speed").ends([path.of_orbit for path in paths]):
         far, kind = nearest(along, end.value)
         assert far < EDGE and (kind, end.kind, end.resolution) == ("fold", "fold", 0.0)
 

@@ -231,7 +231,7 @@ def severity(each: Motion) -> int:
 
 def windows(*motions: list[Motion], found: FollowedMotions | None = None):
     at = AtTorque(Criteria(factor=5), found or made_up(*motions), 1.0, TeethLimits())
-    at.edges = [edge.found for edge in at.sought()]  # not located
+    at.edges = [edge.found for edge in at.brackets()]  # not located
     return inner._windows(at, inner._dataset(at))
 
 
@@ -279,7 +279,7 @@ def test_what_teeth_cannot_bear_has_no_factor_and_is_not_the_worst():
     assert (window.dynamic_factor, window.speed_of_largest, window.beyond_the_teeth) == (5.0, 200.0, True)
     assert window.severity == "contact lost, hits" and np.isnan(window.reached[0].dynamic_factor)
     at = AtTorque(Criteria(), made_up([motion(0, 7.0)], [motion(0, 5.0)]), 1.0, limits)  # in contact, overloaded
-    at.edges = [edge.found for edge in at.sought()]
+    at.edges = [edge.found for edge in at.brackets()]
     (window,) = inner._windows(at, inner._dataset(at))
     assert (window.start, window.operation, window.severity) == (100.0, True, "beyond the teeth") and window.stop < 200
     for deflection, rank in ((3.9, 0), (4.1, 1)):

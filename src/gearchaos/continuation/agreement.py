@@ -74,7 +74,10 @@ def explain_sides(family: ParameterFamily, x: np.ndarray, y: np.ndarray, label: 
     for number, curve in enumerate(curves):
         ended = [multiple * curve.period for multiple in _ENDED.get(curve.kind, ())]
         possible = np.flatnonzero((cause != BASIN) & np.isin(n, ended))
-        hit = possible[_near(curve.values / spacing, values[possible] / spacing, beyond[possible] / spacing)]
+        line, middle = curve.values / spacing, 0.5 * (values[possible] / spacing + beyond[possible] / spacing)
+        close = np.all((middle >= line.min(axis=0) - _WITHIN - 1) & (middle <= line.max(axis=0) + _WITHIN + 1), axis=1)
+        hit = np.array([i for i, at in zip(possible[close], middle[close], strict=True)
+                        if from_polyline(line, at)[0].min() <= _WITHIN], int)
         seen[number] = len(hit) > 0
         first_hit = hit[cause[hit] == UNEXPLAINED]
         cause[first_hit], index[first_hit] = CURVE, number
@@ -109,13 +112,3 @@ def _continues(family: ParameterFamily, values: np.ndarray, beyond: np.ndarray, 
     near = np.abs(found.w - there.w).max(axis=0) / size < _SAME_FAMILY
     shorter = orbits.minimal_period(family.exact_flow(beyond), there.w, points, period) < period
     return same & there.stable & near & ~shorter
-
-
-def _near(polyline: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Whether a polyline (P, 2) comes within `_WITHIN` of segments from a to b, (S, 2) each, of unit length."""
-    out = np.zeros(len(a), bool)
-    low, high = polyline.min(axis=0) - _WITHIN, polyline.max(axis=0) + _WITHIN
-    middle = 0.5 * (a + b)
-    for i in np.flatnonzero(np.all((middle >= low - 1) & (middle <= high + 1), axis=1)):
-        out[i] = from_polyline(polyline, middle[i])[0].min() <= _WITHIN
-    return out

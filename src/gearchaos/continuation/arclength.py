@@ -159,17 +159,10 @@ def correct(equations: Equations, guess: np.ndarray, normal: np.ndarray, tangent
     assert best is not None
     if best[0] > ACCEPTED:
         raise Stopped(_NO_CONVERGENCE)
-    return _point(equations, tangent, step, *best)
-
-
-def _point(equations: Equations, along: np.ndarray, step: float, residual: float, u: np.ndarray, jacobian: np.ndarray,
-           data: Any) -> Point:
-    """The point with its tangent, turned so that it does not point against ``along``.
-
-    With the tangent as last row the determinant of the Jacobian has the same sign as with ``along``.
-    """
-    tangent, sign = _solve(np.vstack([jacobian, equations.weights * along]), np.append(np.zeros(len(jacobian)), 1.0))
-    return Point(u, tangent / length(equations.weights, tangent), sign, residual, data, step)
+    residual, u, jacobian, data = best
+    # with the tangent as last row the determinant of the Jacobian has the same sign as with the one before
+    along, sign = _solve(np.vstack([jacobian, equations.weights * tangent]), np.append(np.zeros(len(jacobian)), 1.0))
+    return Point(u, along / length(equations.weights, along), sign, residual, data, step)
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, int]:
@@ -187,43 +180,35 @@ def _solve(matrix: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, int]:
 def follow(equations: Curve, start: Point, settings: Settings) -> Iterator[Point]:
     """The points of the curve after the start, one at a time.
 
-    Raises `Stopped`, with the cause, if the step would have to be shorter than the shortest one.
+    Each is expected on the cubic through the last two points with their tangents; for the first step, and after a turn,
+    on the tangent. Raises `Stopped`, with the cause, if the step would have to be shorter than the shortest one.
     """
     before, point, size = start, start, settings.first
     for _ in range(settings.points):
-        after, size = _next(equations, before, point, size, settings)
-        before, point = point, after
+        turned = before is point or float((equations.weights * before.tangent) @ point.tangent) < _STRAIGHT
+        while True:
+            try:
+                guess = point.u + size * point.tangent
+                if not turned:
+                    guess = _hermite(equations.weights, point, (before, point), size)
+                after = correct(equations, guess, point.tangent, point.tangent, size)
+                cosine = float((equations.weights * after.tangent) @ point.tangent)
+                correction = length(equations.weights, after.u - point.u - size * point.tangent)
+                fine = size <= settings.finest or equations.resolved(point.data, after.data)
+                least = _LEAST_COSINE if size > _CORNER else _LEAST_AT_CORNER
+                cause = "" if cosine > least and correction < _MAX_CORRECTION * size else "the branch turns sharply"
+                cause = cause if fine else "the multipliers change fast"
+            except Stopped as stop:
+                cause = str(stop)
+            if not cause:
+                break
+            if size <= settings.shortest:
+                raise Stopped(cause)
+            size = max(settings.shortest, 0.5 * size)
+        straight = cosine > _STRAIGHT and correction < 0.3 * _MAX_CORRECTION * size
+        longest = settings.longest * max(1.0, float(np.abs(after.u[: equations.size]).max()) / _LARGE)
+        before, point, size = point, after, min(longest, size * (1.6 if straight else 1.0))
         yield point
-
-
-def _next(equations: Curve, before: Point, point: Point, size: float, settings: Settings) -> tuple[Point, float]:
-    """The next point at a distance of at most ``size``, and the length of the step after it.
-
-    It is expected on the cubic through the last two points with their tangents; on the tangent for the first step, and
-    after a turn.
-    """
-    turned = before is point or float((equations.weights * before.tangent) @ point.tangent) < _STRAIGHT
-    while True:
-        try:
-            guess = point.u + size * point.tangent
-            if not turned:
-                guess = _hermite(equations.weights, point, (before, point), size)
-            after = correct(equations, guess, point.tangent, point.tangent, size)
-            cosine = float((equations.weights * after.tangent) @ point.tangent)
-            correction = length(equations.weights, after.u - point.u - size * point.tangent)
-            fine = size <= settings.finest or equations.resolved(point.data, after.data)
-            least = _LEAST_COSINE if size > _CORNER else _LEAST_AT_CORNER
-            cause = "" if cosine > least and correction < _MAX_CORRECTION * size else "the branch turns sharply"
-            cause = cause if fine else "the multipliers change fast"
-        except Stopped as stop:
-            cause = str(stop)
-        if not cause:
-            straight = cosine > _STRAIGHT and correction < 0.3 * _MAX_CORRECTION * size
-            longest = settings.longest * max(1.0, float(np.abs(after.u[: equations.size]).max()) / _LARGE)
-            return after, min(longest, size * (1.6 if straight else 1.0))
-        if size <= settings.shortest:
-            raise Stopped(cause)
-        size = max(settings.shortest, 0.5 * size)
 
 
 def _hermite(weights: np.ndarray, origin: Point, pair: tuple[Point, Point], distance: float) -> np.ndarray:

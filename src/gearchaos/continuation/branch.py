@@ -142,17 +142,12 @@ class Branch:
 
         Where no event that changes stability is located, it is the graze at which it does.
         """
-        stable = self.unstable == 0
-        ahead, back = range(self.start, len(stable) - 1), range(self.start - 1, -1, -1)
-        first, second = (self._first_change(stable, at, last) for at, last in ((ahead, False), (back, True)))
-        return first, second
-
-    def _first_change(self, stable: np.ndarray, positions: range, last: bool) -> Event | None:
-        changed = next((i for i in positions if stable[i] != stable[i + 1]), None)
-        if changed is None:
-            return None
-        grazes = [e for i, e in zip(self.event_positions, self.events, strict=True) if i == changed]
-        return self._change(changed, last) or next(iter(grazes), None)
+        stable, found = self.unstable == 0, list[Event | None]()
+        for positions, last in ((range(self.start, len(stable) - 1), False), (range(self.start - 1, -1, -1), True)):
+            changed = next((i for i in positions if stable[i] != stable[i + 1]), None)
+            grazes = (e for i, e in zip(self.event_positions, self.events, strict=True) if i == changed)
+            found.append(None if changed is None else self._change(changed, last) or next(grazes, None))
+        return found[0], found[1]
 
     def first_change_of_stability(self, kind: str) -> Event | None:
         """The event of a kind at which stability first changes on leaving the start, in one direction or the other.

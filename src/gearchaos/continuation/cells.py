@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
@@ -127,14 +128,13 @@ class Cells:
         rough = tuple(i for i, tail in enumerate(tails) if np.any(tail[..., :-1]))  # steps need not be exact
         low, width = map(np.array, box)
         polynomials = Polynomials(low, width, columns[-1], coefficients.reshape(_NODES**q, -1))
-        return rough or Cell(box, PolynomialEquations(own.first, polynomials), self._accepts(nodes))
-
-    def _accepts(self, nodes: np.ndarray) -> bool:
-        try:
+        if rough:
+            return rough
+        accepted = False
+        with suppress(InputError):
             self._check(nodes)
-        except InputError:
-            return False
-        return True
+            accepted = True
+        return Cell(box, PolynomialEquations(own.first, polynomials), accepted)
 
 
 def _octave(value: float, divides: bool) -> tuple[float, float] | None:

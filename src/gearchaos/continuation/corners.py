@@ -12,6 +12,7 @@ curve beyond is then searched on a whole circle about the last point, in the sur
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import lru_cache, partial
 from itertools import pairwise
 
@@ -134,15 +135,27 @@ def beyond_kink(equations: EventEquations, points: Sequence[Point]) -> Point | N
 def _first_on_circles(equations: EventEquations, corner: np.ndarray, on_circle: Callable[[float, float], Point],
                       radii: Sequence[float], angles: np.ndarray, points: Sequence[Point],
                       other: bool = False) -> Point | None:
-    """The first point of a curve beyond a corner (n d + 2,), from circles about it of these radii and angles, which
-    may lie on the ``other`` side of a graze than the points of the curve so far."""
-    test = of_data(lambda state: TESTS[equations.kind](state.cycle))
+    """The first point of a curve beyond a corner (n d + 2,), with a tangent that leads away from it.
+
+    It is next to an orbit on one of the circles about the corner of these radii and angles, which may lie on the
+    ``other`` side of a graze than the points of the curve so far. None where Newton's method leads elsewhere.
+    """
+    test, size = of_data(lambda state: TESTS[equations.kind](state.cycle)), len(corner)
+    rest, weights = points[-1].u[size:], equations.weights[:size]
+    scale = np.sqrt(weights)
+    line = scale * np.stack([p.u[:size] for p in points])
     for radius in radii:
         for root in roots_on_circle(test, partial(on_circle, radius), angles):
-            known = not other and _passes(equations, points, root.u, radius)
-            found = None if known else _first_point(equations, corner, root.u, points[-1], radius)
-            if found is not None:
-                return found
+            place = scale * root.u
+            to_curve = from_polyline(line, place)[0].min(initial=float(np.linalg.norm(line[0] - place)))
+            if not other and to_curve < _SEPARATE * radius:
+                continue  # the curve so far passes it
+            away = np.append(root.u - corner, np.zeros(len(rest)))
+            away /= length(equations.weights, away)
+            with suppress(Stopped):
+                found = correct(equations, np.append(root.u, rest), away, away, radius)
+                if length(weights, found.u[:size] - root.u) < _SEPARATE * radius:
+                    return found
     return None
 
 
@@ -173,30 +186,3 @@ def roots_on_circle(test: Callable[[Point], float], on_circle: Callable[[float],
                 yield on_circle(root_between(value, first, last, 1e-13))
             except (Stopped, RuntimeError, ValueError):  # ValueError: no orbit at an angle between both
                 continue
-
-
-def _passes(equations: EventEquations, points: Sequence[Point], u: np.ndarray, radius: float) -> bool:
-    """Whether the curve so far passes an orbit ``u`` (n d + 2,), at a distance that is small beside a radius."""
-    scale = np.sqrt(equations.weights[: len(u)])
-    line, place = scale * np.stack([p.u[: len(u)] for p in points]), scale * u
-    distance, _ = from_polyline(line, place)
-    return float(distance.min(initial=float(np.linalg.norm(line[0] - place)))) < _SEPARATE * radius
-
-
-def _first_point(equations: EventEquations, corner: np.ndarray, u: np.ndarray, last: Point,
-                 radius: float) -> Point | None:
-    """The point of the event's curve next to an orbit ``u`` (n d + 2,) at a distance from a corner (n d + 2,) beyond
-    the last point.
-
-    Its tangent leads away from the corner. None if Newton's method leads elsewhere.
-    """
-    size, weights = len(u), equations.weights[: len(u)]
-    rest = last.u[size:]
-    away = np.append(u - corner, np.zeros(len(rest)))
-    away /= length(equations.weights, away)
-    try:
-        found = correct(equations, np.append(u, rest), away, away, radius)
-    except Stopped:
-        return None
-    near = length(weights, found.u[:size] - u) < _SEPARATE * radius
-    return found if near else None

@@ -323,7 +323,13 @@ def _graze_of_new_pair(equations: Equations, first: Point, last: Point, forward:
         for _ in range(_BISECTIONS):
             halfway = 0.5 * (here + there)
             point = between(equations, first, last, halfway)
-            straddling = _straddling_pair(point.data, own, boundary)
+            extrema, straddling, least = point.data.extrema, None, 0.1
+            for i in range(len(extrema)):  # the neighbours nearest to the pair between which the boundary lies
+                j = (i + 1) % len(extrema)
+                a, b = extrema[i], extrema[j]
+                lag = abs(point.data.lag(0.5 * (a[0] + b[0]), own))
+                if (a[1] - boundary) * (b[1] - boundary) < 0 and lag < least:
+                    straddling, least = i if abs(a[1] - boundary) < abs(b[1] - boundary) else j, lag
             if straddling is None:
                 there = halfway
             else:
@@ -331,19 +337,6 @@ def _graze_of_new_pair(equations: Equations, first: Point, last: Point, forward:
     except Stopped:
         return None
     return None if nearest is None else _graze_at(*nearest, boundary)
-
-
-def _straddling_pair(cycle: Cycle, instant: float, boundary: int) -> int | None:
-    """The index of that extremum, of the neighbouring pair nearest to an instant, that is nearer to the boundary, if
-    the boundary lies between both."""
-    extrema, nearest, least = cycle.extrema, None, 0.1
-    for i in range(len(extrema)):
-        j = (i + 1) % len(extrema)
-        a, b = extrema[i], extrema[j]
-        lag = abs(cycle.lag(0.5 * (a[0] + b[0]), instant))
-        if (a[1] - boundary) * (b[1] - boundary) < 0 and lag < least:
-            nearest, least = i if abs(a[1] - boundary) < abs(b[1] - boundary) else j, lag
-    return nearest
 
 
 def match(before: np.ndarray, after: np.ndarray, period: int) -> tuple[np.ndarray, list[tuple[int, int]]]:

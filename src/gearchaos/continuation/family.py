@@ -109,8 +109,13 @@ class ParameterFamily:
                 return DifferencedFlow(own)
             points, steps = self._stencil(values, _FLOW_STEP)
             return DifferencedFlow(own, self.system(points), _WEIGHTS, steps)
-        cell = self.cell(values[0])
-        return SensitivityFlow(self._differentiated(values) if cell is None else cell.equations.at(values[0].tolist()))
+        if (cell := self.cell(values[0])) is not None:
+            return SensitivityFlow(cell.equations.at(values[0].tolist()))
+        if not self.axes:
+            return SensitivityFlow(PeriodEquations.of(self.system(values)))
+        points, steps = self._stencil(values, _STEP)
+        return SensitivityFlow(
+            PeriodEquations.of(self.system(values), differentiate(self.system(points), _WEIGHTS, steps)))
 
     def corrected(self, guess: np.ndarray, rows: np.ndarray, period: int,
                   event: CriticalMultiplier | TouchingExtremum | None = None) -> CorrectedOrbit | None:
@@ -124,13 +129,6 @@ class ParameterFamily:
     def cell(self, values: np.ndarray) -> Cell | None:
         """The cell with values (Q,) on which the equations are interpolated; None without one."""
         return None if self._several else self._cells.cell(values)
-
-    def _differentiated(self, values: np.ndarray) -> PeriodEquations:
-        """The equations at values (P, Q), with derivatives by differences."""
-        if not self.axes:
-            return PeriodEquations.of(self.system(values))
-        points, steps = self._stencil(values, _STEP)
-        return PeriodEquations.of(self.system(values), differentiate(self.system(points), _WEIGHTS, steps))
 
     @cached_property
     def _several(self) -> bool:

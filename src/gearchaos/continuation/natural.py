@@ -150,26 +150,25 @@ class Follower:
             found = self._bisect(paths, low, until, last, open_)
             again = []
             for i, why, jump, changes in zip(open_.tolist(), *(each.tolist() for each in found), strict=True):
-                kinds[i] = self._event(last.multipliers[i], why, changes)
+                if why == OTHER:
+                    touches = BORDER_COLLISION if self.model.law.releases else GRAZE
+                    kinds[i] = touches if changes else LIMIT
+                else:
+                    kinds[i] = critical_event(last.multipliers[i], exists=why == UNSTABLE) if why else ""
                 if why and (not kinds[i] or (why == OTHER and jump > _CONTINUOUS)):
                     again.append(i)
             open_ = np.array(again, int)
             if len(open_) == 0:
                 break
-        self._part_folds(paths, low, until, last, kinds)
+        which = np.array([i for i, kind in enumerate(kinds) if kind == PITCHFORK], int)
+        if len(which):  # next to a fold rounding errors leave the residual of an orbit small: is it also well beyond?
+            beyond, own = low[which] * (1 + _WELL_BEYOND * np.sign(until - low)[which]), last.w[:, which]
+            there = self.orbits([paths[i] for i in which.tolist()], beyond, own)
+            stays = there.converged & (np.abs(there.w - own).max(axis=0) < _MERGING)
+            for i in which[~stays].tolist():
+                kinds[i] = FOLD
         width = np.where([bool(kind) for kind in kinds] | (low == until), 0.0, np.abs(until - low))
         return [(End(*each), w) for *each, w in zip(low.tolist(), kinds, width.tolist(), last.w.T, strict=True)]
-
-    def _part_folds(self, paths: Sequence[Path], low: np.ndarray, until: np.ndarray, last: Orbits,
-                    kinds: list[str]) -> None:
-        """Call a pitchfork a fold unless the orbit is there well beyond it, too: next to a fold rounding errors leave
-        the residual of an orbit small."""
-        which = np.array([i for i, kind in enumerate(kinds) if kind == PITCHFORK], int)
-        if len(which):
-            beyond, own = low[which] * (1 + _WELL_BEYOND * np.sign(until - low)[which]), last.w[:, which]
-            found = self.orbits([paths[i] for i in which.tolist()], beyond, own)
-            for i, there in zip(which, found.converged & (np.abs(found.w - own).max(axis=0) < _MERGING), strict=True):
-                kinds[i] = PITCHFORK if there else FOLD
 
     def _bisect(self, paths: Sequence[Path], low: np.ndarray, until: np.ndarray, last: Orbits,
                 which: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -202,10 +201,3 @@ class Follower:
         near = np.abs(low - until) <= 2 * _LOCATED * until  # the whole path, in smaller steps than at first
         low[near], why[near] = until[near], GOES_ON
         return why[which], jumps[which], changes[which]
-
-    def _event(self, multipliers: np.ndarray, why: int, contact_changes: bool) -> str:
-        """The kind of event at which an orbit ends, from the multipliers (d,) next to it and from what fails beyond."""
-        if why == OTHER:
-            touches = BORDER_COLLISION if self.model.law.releases else GRAZE
-            return touches if contact_changes else LIMIT
-        return critical_event(multipliers, exists=why == UNSTABLE) if why else ""

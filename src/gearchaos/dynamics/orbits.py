@@ -128,25 +128,21 @@ def floquet_multipliers(monodromy: np.ndarray) -> np.ndarray:
     """Eigenvalues (…, d) of monodromy matrices (…, d, d), complex, largest modulus first.
 
     Those of equal modulus stay in the order of LAPACK for a single matrix, and in any order for many. A single matrix
-    with d = 2 has them from its trace and determinant, in a fifth of the time.
+    with d = 2 has them from its trace and determinant, in a fifth of the time; of a complex pair the one with the
+    positive imaginary part is first.
     """
     if monodromy.shape == (2, 2):
-        return _of_two(*monodromy.ravel().tolist())
+        a, b, c, d = monodromy.ravel().tolist()
+        middle, half = 0.5 * (a + d), 0.5 * (a - d)
+        square = half * half + b * c
+        if square < 0:
+            return np.array([complex(middle, math.sqrt(-square)), complex(middle, -math.sqrt(-square))])
+        first = middle + math.copysign(math.sqrt(square), middle)
+        return np.array([first, (a * d - b * c) / first if first else 0.0], complex)
     values = np.linalg.eigvals(monodromy).astype(complex)
     if monodromy.ndim == 2:
         return values[np.argsort(-np.abs(values), kind="stable")]
     return np.take_along_axis(values, np.argsort(-np.abs(values), axis=-1), axis=-1)
-
-
-def _of_two(a: float, b: float, c: float, d: float) -> np.ndarray:
-    """The eigenvalues of [[a, b], [c, d]], largest modulus first; of a complex pair that with the positive imaginary
-    part."""
-    middle, half = 0.5 * (a + d), 0.5 * (a - d)
-    square = half * half + b * c
-    if square < 0:
-        return np.array([complex(middle, math.sqrt(-square)), complex(middle, -math.sqrt(-square))])
-    first = middle + math.copysign(math.sqrt(square), middle)
-    return np.array([first, (a * d - b * c) / first if first else 0.0], complex)
 
 
 def with_mean_velocity(flow: ExactFlow, w: np.ndarray, points: np.ndarray, period: np.ndarray) -> np.ndarray:

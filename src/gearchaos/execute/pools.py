@@ -104,24 +104,20 @@ def dask_workers(address: str) -> PoolFactory:
 
     @contextmanager
     def opened() -> Iterator[Pool]:
-        with _without_logs(), client() as reached:
-            yield _dask_pool(reached)
+        # when a scheduler is gone Dask prints what it meets; the run ends with one message
+        loggers = map(logging.getLogger, ("distributed.client", "tornado.application"))
+        levels = {logger: logger.level for logger in loggers}
+        for logger in levels:
+            logger.setLevel(logging.CRITICAL)
+        try:
+            with client() as reached:
+                yield _dask_pool(reached)
+        finally:
+            for logger, level in levels.items():
+                logger.setLevel(level)
 
     client().close()  # checked before any work
     return opened
-
-
-@contextmanager
-def _without_logs() -> Iterator[None]:
-    """Keep Dask from printing what it meets when a scheduler is gone: the run ends with one message."""
-    levels = {logger: logger.level for logger in map(logging.getLogger, ("distributed.client", "tornado.application"))}
-    for logger in levels:
-        logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        for logger, level in levels.items():
-            logger.setLevel(level)
 
 
 def local_cluster(count: int) -> PoolFactory:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.execute.machine import cores
-from gearchaos.store.blocks import BlockRecord, State, TileRecord, block_record, damaged_shards, read_tile, tile_record
+from gearchaos.store.blocks import BlockRecord, State, block_record, damaged_shards, read_tile, tile_record
 from gearchaos.store.lock import running
 from gearchaos.store.store import BLOCKS, Store
 from gearchaos.store.tiles import Grid
@@ -115,7 +115,13 @@ def summary(store: Store) -> dict[str, Any]:
     items = total - sum(map(grid.size, without))
     known = [*chain.from_iterable(record.tiles for record in found.records.values()),
              *filter(None, (tile_record(store, t) for tiles in found.state.tiles.values() for t in tiles))]
-    rate, boxes = _rate(known, grid), list(_boxes(without, grid))
+    rate, boxes = None, list(_boxes(without, grid))
+    if len(known) > 1:  # between the first and the last finished tile, without pauses
+        ordered = sorted(known, key=lambda record: record.at)
+        steps = np.diff([record.at for record in ordered])
+        active = steps <= _PAUSE * np.median(steps) + 1e-3
+        sizes = np.array([grid.size(record.tile) for record in ordered[1:]])
+        rate = float(sizes[active].sum() / max(steps[active].sum(), 1e-3))
     files, whole = [*found.files, *damaged], store.finished and not without and not damaged
     return {
         "store": str(store.objects), "study": store.study.kind, "finished": whole, "tiles": grid.count,
@@ -131,17 +137,6 @@ def summary(store: Store) -> dict[str, Any]:
             "pieces": [dict(zip(store.study.grid, map(list, box), strict=True)) for box in boxes[:_LISTED]]},
         "running": running(store.objects), "command": None if whole else found.repair,
     }
-
-
-def _rate(known: list[TileRecord], grid: Grid) -> float | None:
-    """Work items per second between the first and the last finished tile, without pauses; None before two are done."""
-    if len(known) < 2:
-        return None
-    ordered = sorted(known, key=lambda record: record.at)
-    steps = np.diff([record.at for record in ordered])
-    active = steps <= _PAUSE * np.median(steps) + 1e-3
-    sizes = np.array([grid.size(record.tile) for record in ordered[1:]])
-    return float(sizes[active].sum() / max(steps[active].sum(), 1e-3))
 
 
 def in_words(store: Store) -> str:

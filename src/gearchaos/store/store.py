@@ -121,7 +121,10 @@ class Store:
         """
         written: dict[str, Any] = {}
         memory = zarr.storage.MemoryStore(written)
-        empty = self._empty_dataset() if self.study.gridded else xr.Dataset() if finished is None else finished
+        empty = xr.Dataset() if finished is None else finished
+        if self.study.gridded:  # zeros that share one element take no memory
+            empty = self.study.finish({n: np.broadcast_to(np.zeros((), a.dtype), (self.study.count, *a.shape))
+                                       for n, a in self.arrays.items()})
         kept = xr.Dataset(coords=empty.coords, attrs=empty.attrs) if self.study.gridded else empty
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Zarr warns that format 3 does not yet specify strings and consolidation
@@ -133,12 +136,6 @@ class Store:
         order = {str(name): number for number, name in enumerate(kept.variables)}  # xarray writes them in any order
         names = sorted(written, key=lambda name: (order.get(name.partition("/")[0], -1), name))
         return {name: written[name].to_bytes() for name in names}
-
-    def _empty_dataset(self) -> xr.Dataset:
-        """The Dataset of a gridded study with zeros, which share one element: it takes no memory."""
-        count = self.study.count
-        return self.study.finish(
-            {n: np.broadcast_to(np.zeros((), a.dtype), (count, *a.shape)) for n, a in self.arrays.items()})
 
     def description(self) -> bytes:
         """The content of ``run/study.json``, with its own checksum."""

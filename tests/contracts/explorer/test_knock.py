@@ -108,7 +108,7 @@ def test_pairs_have_the_button_and_it_goes_with_the_point(found):
     computed.point_motion = motion(VIEW)
     page.messages.act("press", "knock")
     assert workers.branches.asked == ["knock"]
-    computed._show_knock(found)
+    workers.branches.jobs["knock"].show(found)
     assert page.messages._html["knock-text"] and computed.knocked is found
     opened.change(lambda view: view.with_value("torque", 240.0))
     assert computed.knocked is None and page.messages._html["knock-text"] == ""

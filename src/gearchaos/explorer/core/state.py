@@ -277,15 +277,12 @@ def view_of(model: MeshModel, x: Axis | None = None, y: Axis | None = None, *, v
     defaults = first_plane() if gears is None else models.operating_axes(gears)
     x, y = (Axis(a.name, a.start, a.stop, n) if a else default
             for a, default, n in zip((x, y), defaults, models.map_cells(model), strict=True))
+    run = None
+    if gears is not None:  # over the axis of the speed, or else over the range of its slider
+        slider = models.slider_range(gears, "speed")
+        run = Run(*next(((a.start, a.stop) for a in (x, y) if a.name == "speed"), (slider.low, slider.high)))
     return View(model, x, y, (value_on(model, x), value_on(model, y)), "motion" if gears is None else "contact",
-                physical=gears is not None, run=None if gears is None else _first_run(gears, x, y), vary=vary)
-
-
-def _first_run(gears: Gears, *axes: Axis) -> Run:
-    """The run-up over the axis of the speed among these, or else over the range of its slider."""
-    slider = models.slider_range(gears, "speed")
-    low, high = next(((a.start, a.stop) for a in axes if a.name == "speed"), (slider.low, slider.high))
-    return Run(low, high)
+                physical=gears is not None, run=run, vary=vary)
 
 
 def check_known(field: str, value: str, names: Iterable[str]) -> None:

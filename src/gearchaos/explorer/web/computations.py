@@ -34,6 +34,8 @@ _RUN_UP = "run-up"  # the task of the run-up
 _ASSESSMENT = "assessment"  # the task of the speeds to avoid
 _TOLERANCES = "tolerances"  # the task of what they do at the point
 _KNOCK = "knock"  # the task of what a knock does to the motion at the point
+_RESULTS = {_SKELETON: "_skeleton", _RUN_UP: "run_up", _ASSESSMENT: "assessment", _TOLERANCES: "cloud",
+            _KNOCK: "knocked"}  # the attribute that keeps the result of a task
 _NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
 _NO_PAIR = "choose a pair of gears; a dimensionless model and a train have none"
 _COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
@@ -100,6 +102,8 @@ class Computations:
         self.cloud: Cloud | None = None  # the designs at the present point
         self.knocked: KnockedMotion | None = None  # what a knock does to the motion at the present point
         self._shares: dict[str, float] = {}  # of run-up, assessment and tolerances that are computed
+        self._clear_display = {_RUN_UP: display.clear_run_up, _ASSESSMENT: display.clear_assessment,
+                               _TOLERANCES: display.clear_tolerances, _KNOCK: display.clear_knock}
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
@@ -115,17 +119,20 @@ class Computations:
         self._awaits_update = True
         if before.point != view.point:
             self._ask_point_motion()
-            self.clear_knock()
+            self._clear(_KNOCK)
         if before.plane_key != view.plane_key:
             self.clear_skeleton()
         if before.map_key != view.map_key:
             self._ask_map()
         silent = self.run_up is None or not self.run_up.sound
         if before.run_key != view.run_key or (view.sounds and not before.sounds and silent):
-            self.clear_run_up()
-        self._update_assessment()
+            self._clear(_RUN_UP)
+        if self._line is not None and not self._line.belongs_to(view):
+            self._clear(_ASSESSMENT)
+        elif self._line is not None and self.assessment is not None:  # in its place on the present map
+            self._display.show_assessment(self._line, self.assessment)
         if before.operating_point != view.operating_point:
-            self.clear_tolerances()
+            self._clear(_TOLERANCES)
 
     def update_rest(self, before: View) -> None:
         """Compute what else differs between an earlier view and the present one."""
@@ -179,6 +186,20 @@ class Computations:
         """Cancel a task that need not be computed again."""
         worker.cancel(self._owner, task)
         self._ended(task, None)
+
+    def _clear(self, task: str) -> None:
+        """Remove the result of one of `_RESULTS`, and cancel its computation."""
+        if task in self._pending or getattr(self, _RESULTS[task]) is not None:
+            setattr(self, _RESULTS[task], None)
+            self._drop(self._branches, task)
+
+    def _keep(self, task: str, show: Callable[[Any], None], found: Any) -> None:
+        """Show the result of one of `_RESULTS`; a number is the share that is computed."""
+        if isinstance(found, float):
+            self._shares[task] = found
+        else:
+            setattr(self, _RESULTS[task], found)
+            show(found)
 
     def _ask_point_motion(self) -> None:
         self._quick.cancel(self._owner, "final verdict")
@@ -250,7 +271,7 @@ class Computations:
         """Compute the bifurcation curves that were asked for, unless that has begun."""
         if self.skeleton_period and self._skeleton is None and _SKELETON not in self._pending:
             function = partial(skeleton, self._view, self.skeleton_period)
-            self._ask(self._curves, _SKELETON, function, self._show_skeleton)
+            self._ask(self._curves, _SKELETON, function, partial(self._keep, _SKELETON, self._display.show_skeleton))
 
     def clear_skeleton(self) -> None:
         """Remove the bifurcation curves; cancel their computation."""
@@ -262,66 +283,44 @@ class Computations:
     def ask_run_up(self) -> None:
         """Compute the run-up of the view, or cancel its computation; there is a message if the view has no gears."""
         if _RUN_UP in self._pending:
-            self.clear_run_up()
+            self._clear(_RUN_UP)
         elif self._view.run is None:
             self._ended(_RUN_UP, _NO_SPEED)
         elif self.run_up is None:
             self._display.show_message("")
             function = partial(run_up, self._view.operating_point, self._view.run, self._view.mesh)
-            self._ask(self._branches, _RUN_UP, function, self._show_run_up)
-
-    def clear_run_up(self) -> None:
-        """Remove the run-up; cancel its computation."""
-        if self.run_up is not None or _RUN_UP in self._pending:
-            self.run_up = None
-            self._drop(self._branches, _RUN_UP)
+            self._ask(self._branches, _RUN_UP, function, partial(self._keep, _RUN_UP, self._display.show_run_up))
 
     def ask_assessment(self) -> None:
         """Assess the speeds at the point, or cancel that; there is a message if the view has no gears."""
         pending = _ASSESSMENT in self._pending
-        self.clear_assessment()
+        self._clear(_ASSESSMENT)
         if self._view.run is None:
             self._ended(_ASSESSMENT, _NO_SPEED)
         elif not pending:
             self._display.show_message("")
-            self._line = SpeedLine(self._view)
-            self._display.show_assessment(self._line, None)
-            self._ask(self._branches, _ASSESSMENT, partial(assessed, self._line), self._show_assessment)
-
-    def _update_assessment(self) -> None:
-        """Show where the assessment lies on the present map; remove it, or cancel it, if that is of other gears."""
-        if self._line is not None and not self._line.belongs_to(self._view):
-            self.clear_assessment()
-        elif self._line is not None and self.assessment is not None:
-            self._display.show_assessment(self._line, self.assessment)
-
-    def clear_assessment(self) -> None:
-        """Remove the assessment; cancel its computation."""
-        if self._line is not None:
-            self._line = self.assessment = None
-            self._drop(self._branches, _ASSESSMENT)
+            self._line = line = SpeedLine(self._view)
+            show = partial(self._display.show_assessment, line)
+            show(None)
+            self._ask(self._branches, _ASSESSMENT, partial(assessed, line), partial(self._keep, _ASSESSMENT, show))
 
     def ask_tolerances(self) -> None:
         """Compute what tolerances do at the point, or cancel that; there is a message if the view has no pair."""
         pending = _TOLERANCES in self._pending
-        self.clear_tolerances()
+        self._clear(_TOLERANCES)
         if not isinstance(self._view.operating_point, OperatingModel):
             self._ended(_TOLERANCES, _NO_PAIR)
         elif not pending:
             self._display.show_message("")
-            self._display.show_tolerances(None)
-            self._ask(self._branches, _TOLERANCES, partial(tolerances, self._view), self._show_tolerances)
-
-    def clear_tolerances(self) -> None:
-        """Remove what tolerances do; cancel its computation."""
-        if self.cloud is not None or _TOLERANCES in self._pending:
-            self.cloud = None
-            self._drop(self._branches, _TOLERANCES)
+            show = self._display.show_tolerances
+            show(None)
+            self._ask(self._branches, _TOLERANCES, partial(tolerances, self._view),
+                      partial(self._keep, _TOLERANCES, show))
 
     def ask_knock(self) -> None:
         """Find what a knock does to the motion at the point, or cancel that; a message says why it cannot be found."""
         pending, motion = _KNOCK in self._pending, self.point_motion
-        self.clear_knock()
+        self._clear(_KNOCK)
         if not isinstance(self._view.operating_point, OperatingModel):
             self._ended(_KNOCK, _NO_PAIR)
         elif motion is None or motion.model != self._view.point:
@@ -330,13 +329,7 @@ class Computations:
             self._display.show_message("")
             function = partial(knocked_motion, motion_to_knock(motion), motion.verdict.dynamic_factor or np.nan)
             self._display.show_knock(None)
-            self._ask(self._branches, _KNOCK, function, self._show_knock)
-
-    def clear_knock(self) -> None:
-        """Remove what a knock does; cancel its computation."""
-        if self.knocked is not None or _KNOCK in self._pending:
-            self.knocked = None
-            self._drop(self._branches, _KNOCK)
+            self._ask(self._branches, _KNOCK, function, partial(self._keep, _KNOCK, self._display.show_knock))
 
     def ask_file(self, kind: str, suffix: str) -> None:
         """Make a file of the map, the motion or the run-up in the units that the view shows, or of the assessment."""
@@ -367,15 +360,9 @@ class Computations:
         if message:
             self._display.show_message(f"{task}: {message}")
         self._shares.pop(task, None)
-        if task == _RUN_UP and self.run_up is None:
-            self._display.clear_run_up()
-        if task == _ASSESSMENT and self.assessment is None:
-            self._line = None
-            self._display.clear_assessment()
-        if task == _TOLERANCES and self.cloud is None:
-            self._display.clear_tolerances()
-        if task == _KNOCK and self.knocked is None:
-            self._display.clear_knock()
+        if task in self._clear_display and getattr(self, _RESULTS[task]) is None:
+            self._line = None if task == _ASSESSMENT else self._line
+            self._clear_display[task]()
         if task == "map":
             self._continue_after_first_map()
             self._continue_after_last_map()
@@ -423,32 +410,3 @@ class Computations:
         if found.stage == "preliminary":
             function = partial(final_verdict, found.model, found.verdict.label)
             self._ask(self._quick, "final verdict", function, self._show_point_motion)
-
-    def _show_run_up(self, found: float | RunUpResult) -> None:
-        if isinstance(found, RunUpResult):
-            self.run_up = found
-            self._display.show_run_up(found)
-        else:
-            self._shares[_RUN_UP] = found
-
-    def _show_assessment(self, found: float | Assessment) -> None:
-        if isinstance(found, Assessment) and self._line is not None:
-            self.assessment = found
-            self._display.show_assessment(self._line, found)
-        elif isinstance(found, float):
-            self._shares[_ASSESSMENT] = found
-
-    def _show_tolerances(self, found: float | Cloud) -> None:
-        if isinstance(found, Cloud):
-            self.cloud = found
-            self._display.show_tolerances(found)
-        else:
-            self._shares[_TOLERANCES] = found
-
-    def _show_knock(self, found: KnockedMotion) -> None:
-        self.knocked = found
-        self._display.show_knock(found)
-
-    def _show_skeleton(self, found: Skeleton) -> None:
-        self._skeleton = found
-        self._display.show_skeleton(found)

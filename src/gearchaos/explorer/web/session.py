@@ -49,6 +49,11 @@ _MENUS: dict[str, Callable[[View, str], View]] = {
 }
 """The change made by choosing from a menu; an impossible view is refused by `View`."""
 
+_ASKED = {"follow": Computations.ask_branch, "drop-branch": Computations.clear_branch, "run": Computations.ask_run_up,
+          "assess": Computations.ask_assessment, "knock": Computations.ask_knock,
+          "tolerances": Computations.ask_tolerances}
+"""What a button asks for, by its name."""
+
 _RUN_NUMBERS = {f"run-{name}": name for name in ("start", "stop", "duration")}
 """Fields of the run-up, by the name of the field."""
 
@@ -195,22 +200,12 @@ class Session:
                 computed.ask_file(*name.split("-"))
             case "basins", _:
                 computed.ask_basins()
-            case "press", "follow":
-                computed.ask_branch()
-            case "press", "drop-branch":
-                computed.clear_branch()
+            case "press", str(name) if name in _ASKED:
+                _ASKED[name](computed)
             case "press", "skeleton" if computed.skeleton_period:
                 computed.clear_skeleton()
             case "press", "skeleton":
                 computed.ask_skeleton(self._skeleton_period)
-            case "press", "run":
-                computed.ask_run_up()
-            case "press", "assess":
-                computed.ask_assessment()
-            case "press", "knock":
-                computed.ask_knock()
-            case "press", "tolerances":
-                computed.ask_tolerances()
             case "range", int(number) if page.line is not None and 0 <= number < len(page.ranges):
                 line, speed = page.line, page.ranges[number]
                 self.change(lambda view: line.moved(view, speed))

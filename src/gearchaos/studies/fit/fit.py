@@ -196,36 +196,27 @@ class Fit(WholeStudy):
                 ends.append(search.run(start))
                 advance(1)
         ends = search.with_neighbours(ends)
-        rms = np.sqrt([end.square / len(self.spectrum.at) for end in ends])
-        data = {**self._estimates(search, ends), **self._amplitudes(search, ends[0]),
-                **variables(("search",), {"search_rms": rms})}
-        names = variables(("varied",), {"varied": np.array([each.name for each in self.varied])})
-        settings = {n: getattr(self, n) for n in self.option_types()}
-        return new_dataset(data, names, {**self.provenance(**settings), "ignored": self.spectrum.ignored})
-
-    def _estimates(self, search: Search, ends: list[End]) -> dict[str, xr.Variable]:
-        """The variables over ``varied``: estimates in the units of the bounds, NaN where one is not identified."""
         low, high, reasons = search.intervals(ends)
         sizes = np.array([each.size for each in self.varied])
         known = np.where([not reason for reason in reasons], 1 / sizes, np.nan)
         ends_of = {"estimate": ends[0].x, "estimate_lo": low, "estimate_hi": high}
-        return variables(("varied",), {
+        data = variables(("varied",), {
             **{name: known * search.values(np.nan_to_num(x)) for name, x in ends_of.items()},
             "bound_lo": search.values(np.zeros(len(sizes))) / sizes,
             "bound_hi": search.values(np.ones(len(sizes))) / sizes,
             "estimate_unit": np.array([each.unit for each in self.varied]), "not_identified": np.array(reasons)})
-
-    def _amplitudes(self, search: Search, end: End) -> dict[str, xr.Variable]:
-        """The variables over ``measurement``, amplitudes in the unit of the file."""
-        spectrum, (computed, contact) = self.spectrum, search.amplitudes(end)
-        data = variables(("measurement",), {
+        spectrum, (computed, contact) = self.spectrum, search.amplitudes(ends[0])
+        data |= variables(("measurement",), {
             "speed": spectrum.speeds[spectrum.at], "order": spectrum.harmonic * float(search.pair.n1),
             "measured_amplitude": spectrum.amplitude / spectrum.size, "computed_amplitude": computed / spectrum.size,
             "contact": contact[spectrum.at].astype(np.int8),
-            "history": np.array([*HISTORIES, "other"])[end.history[spectrum.at]]})
+            "history": np.array([*HISTORIES, "other"])[ends[0].history[spectrum.at]]})
         for name in ("measured_amplitude", "computed_amplitude"):
             data[name].attrs["units"] = spectrum.unit
-        return data
+        data |= variables(("search",), {"search_rms": np.sqrt([end.square / len(spectrum.at) for end in ends])})
+        names = variables(("varied",), {"varied": np.array([each.name for each in self.varied])})
+        settings = {n: getattr(self, n) for n in self.option_types()}
+        return new_dataset(data, names, {**self.provenance(**settings), "ignored": self.spectrum.ignored})
 
 
 fit = function_of(Fit)

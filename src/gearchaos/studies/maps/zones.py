@@ -304,8 +304,12 @@ class _Coexistence:
     def _from_further_starts(self, factors: np.ndarray) -> dict[str, np.ndarray]:
         """`Zones.distinguished` of the motions from further initial states, the same in all cells, or after load
         changes from motions with dynamic factors (N,); arrays (N, starts)."""
-        model, starts = self.study.model, self.study.starts - 1
-        drawn = self._after_load_changes(factors) if self.study.follows_load_changes else None
+        study, model, starts, drawn = self.study, self.study.model, self.study.starts - 1, None
+        if study.follows_load_changes:  # states (d, N starts), those of each row drawn for itself
+            rows = np.arange(len(self.cells)).reshape(-1, study.x.count)
+            drawn = np.concatenate([LoadChange(study.load_change)(
+                model, self._at(row), factors[row], starts, (int(self.cells[row[0]]) // study.x.count,), study.names)
+                for row in rows], axis=1)
         conditions = spread(default_box(model), starts, 0)
         # the single model accepts only one of z and x1 as initial displacement, so the model's own is dropped
         base = replace(model, initial={}) if model.kind == "single" else model
@@ -321,14 +325,6 @@ class _Coexistence:
 
         numbers = (self.order[:, None].astype(np.int64) * starts + np.arange(starts)).ravel()
         return {n: v.reshape(-1, starts) for n, v in self._classified(initial_states, numbers, "more starts").items()}
-
-    def _after_load_changes(self, factors: np.ndarray) -> np.ndarray:
-        """States (d, N starts) after load changes, those of each row drawn for itself."""
-        study, draw, out = self.study, LoadChange(self.study.load_change), []
-        for row in np.arange(len(self.cells)).reshape(-1, study.x.count):
-            seed = (int(self.cells[row[0]]) // study.x.count,)
-            out.append(draw(study.model, self._at(row), factors[row], study.starts - 1, seed, study.names))
-        return np.concatenate(out, axis=1)
 
     def _from_sweeps(self) -> dict[str, np.ndarray]:
         """`Zones.distinguished` of the motions after slow sweeps along x, upwards and downwards; arrays (N, 2)."""

@@ -170,12 +170,14 @@ class Attractors(AttractorStudy):
             reached = vary(replace(self.model, initial={}), {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up})
             w = initial_state(reached, self.flow.system).T
             ends = attractors.find(w, settings=settings, threads=threads)
-        rank = attractors.ranks()
+        rank, shares = attractors.ranks(), proportion(
+            [a.count for a in attractors.ordered], int(np.sum(found["label"] > 0)))
         swept = zip(("up", "down"), ends, strict=False)
         data = {
             "attractor": variable("attractor", ("start",), attractors.numbers(index, found["label"])),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **attractors.variables(settings), **_shares(attractors, int(np.sum(found["label"] > 0))),
+            **attractors.variables(settings), **{f"attractor_fraction{end}": variable(
+                f"attractor_fraction{end}", ("number",), v) for end, v in zip(("", "_lo", "_hi"), shares, strict=True)},
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }
@@ -268,10 +270,3 @@ def smallest_perturbation(
 def _units(vectors: np.ndarray) -> np.ndarray:
     """Unit vectors in the directions of vectors (N, d)."""
     return vectors / np.linalg.norm(vectors, axis=1)[:, None]
-
-
-def _shares(attractors: AttractorSet, starts: int) -> dict[str, xr.Variable]:
-    """The share of the initial states that each attractor attracts, with its confidence interval."""
-    found = proportion([a.count for a in attractors.ordered], starts)
-    names = ("attractor_fraction", "attractor_fraction_lo", "attractor_fraction_hi")
-    return {n: variable(n, ("number",), v) for n, v in zip(names, found, strict=True)}

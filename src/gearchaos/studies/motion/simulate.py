@@ -254,25 +254,15 @@ def rotation_at_sections(
     out = flow.advance(np.where(bounded, flat, 0.0), 1, points=np.tile(points, len(sections)), measured=True)
     changes = np.where(bounded, out.measures[Measure.VELOCITY], np.nan).reshape(-1, motions)  # of x1 in a period
     x1 = np.concatenate([x1[None], changes]).cumsum(axis=0).T
-    decay = _decaying_rotation(problems, end.w - first, len(sections))
-    return x1 + decay - relative_rotation(names, np.moveaxis(states, 1, 2), error).T
-
-
-def _decaying_rotation(problems: InitialValueProblems, difference: np.ndarray, count: int) -> np.ndarray:
-    """The rotation (L, count + 1) due to the difference in mean velocity between motions and their orbits.
-
-    ``difference`` (d, L) is the difference of the states. The velocity v e^(−rτ), which bearing damping makes decay
-    with the rate r, has the integral v τ (1 − e^(−rτ))/(rτ) at τ = 0, T, 2T, ...
-    """
-    batch, system = problems.batch, problems.flow.system
-    names = system.names
-    J1, J2 = np.asarray(batch["J1"]), np.asarray(batch["J2"])
-    relative = relative_rotation(names, difference.T, np.zeros(1), "_dot")
-    velocity = difference[names.index("x2_dot")] + J1 / (J1 + J2) * relative
-    tau = np.arange(count + 1) * system.period[problems.points, None]
+    # The mean velocity v of a motion differs from that of its orbit. Bearing damping makes the difference decay as
+    # v e^(−rτ), whose integral is v τ (1 − e^(−rτ))/(rτ).
     from scipy.special import hyp1f1  # here, since it takes a tenth of a second to load
 
-    return velocity[:, None] * tau * hyp1f1(1, 2, -rotation_decay(batch)[:, None] * tau)
+    apart = end.w - first
+    velocity = apart[names.index("x2_dot")] + J1 / (J1 + J2) * relative_rotation(names, apart.T, np.zeros(1), "_dot")
+    tau = np.arange(len(sections) + 1) * flow.system.period[points, None]
+    decay = velocity[:, None] * tau * hyp1f1(1, 2, -rotation_decay(batch)[:, None] * tau)
+    return x1 + decay - relative_rotation(names, np.moveaxis(states, 1, 2), error).T
 
 
 def rotation_within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) -> np.ndarray:

@@ -69,7 +69,7 @@ class Motion:
             and all(abs(a - b) < SAME_CENTRE for a, b in zip(self.centre, other.centre, strict=True)))
 
 
-class Asked(NamedTuple):
+class Request(NamedTuple):
     """Motions to be classified, from states w (d, L) at speeds (L,): ``brief`` ones for `_BRIEF` periods at most,
     ``random`` ones from random states. One that reaches an orbit ``known`` at its speed is that motion."""
 
@@ -83,7 +83,7 @@ class Asked(NamedTuple):
 
 Seed = tuple[int, ...]  # of random states: that of the search, and which of its draws
 _T = TypeVar("_T")
-Search = Generator[Asked, list["Motion"], _T]
+Search = Generator[Request, list["Motion"], _T]
 """A search that asks for motions, is sent them classified, and returns a value at its end."""
 
 
@@ -93,22 +93,22 @@ def side_by_side(
 ) -> list[_T]:
     """Run searches at several torques: what all of them ask for next is classified in one batch.
 
-    The motions are those of the model at the torques and speeds that are asked for. The progress is that of those from
+    The motions are those of the model at the torques and speeds of the requests. The progress is that of motions from
     random states, which take the most time.
     """
     running, done = dict(enumerate(searches)), dict[int, _T]()
     answers: dict[int, list[Motion] | None] = dict.fromkeys(running)
     brief = brief_settings(settings)
     while answers:
-        asked: dict[int, Asked] = {}
+        requests: dict[int, Request] = {}
         for i, answer in answers.items():
             try:
-                asked[i] = running[i].send(answer)  # type: ignore[arg-type]  # None begins it
+                requests[i] = running[i].send(answer)  # type: ignore[arg-type]  # None begins it
             except StopIteration as end:
                 done[i] = end.value
         answers = {}
         for short in (True, False):
-            group = {i: each for i, each in asked.items() if each.brief == short}
+            group = {i: each for i, each in requests.items() if each.brief == short}
             if group:
                 words = progress if any(each.random for each in group.values()) else None
                 found = classified(model, list(group.values()), brief if short else settings, words, threads)
@@ -117,17 +117,17 @@ def side_by_side(
 
 
 def classified(
-    model: MeshModel, asked: Sequence[Asked], settings: Classification, progress: str | None, threads: int | None
+    model: MeshModel, requests: Sequence[Request], settings: Classification, progress: str | None, threads: int | None
 ) -> list[list[Motion]]:
     """The motions of each of several requests."""
-    names, sizes = coordinates(vary(model, {})), [len(each.speed) for each in asked]
-    speed, w = np.concatenate([each.speed for each in asked]), np.concatenate([each.w for each in asked], axis=1)
+    names, sizes = coordinates(vary(model, {})), [len(each.speed) for each in requests]
+    speed, w = (np.concatenate([getattr(each, name) for each in requests], axis=-1) for name in ("speed", "w"))
     values = {"speed": speed}
-    if asked[0].torque is not None:
-        values["torque"] = np.repeat([each.torque for each in asked], sizes)
+    if requests[0].torque is not None:
+        values["torque"] = np.repeat([each.torque for each in requests], sizes)
     orbits = [{s: [m for m in each.known.get(s, ()) if 0 < m.period <= LONGEST_ORBIT] for s in set(each.speed.tolist())}
-              for each in asked]
-    known = [of_speed[s] for each, of_speed in zip(asked, orbits, strict=True) for s in each.speed.tolist()]
+              for each in requests]
+    known = [of_speed[s] for each, of_speed in zip(requests, orbits, strict=True) for s in each.speed.tolist()]
     motions: list[Motion | None] = [None] * len(speed)
 
     def started(number: np.ndarray) -> Motions:
@@ -323,7 +323,7 @@ class FollowedMotions:
 
     def _add(self, speeds: np.ndarray, w: np.ndarray, random: bool = False) -> Search[list[Motion]]:
         """Add the motions from states w (d, L) at speeds (L,); returns them, or the same ones that are known."""
-        found, at = (yield Asked(self.torque, speeds, w, True, random, self.at)), speeds.tolist()
+        found, at = (yield Request(self.torque, speeds, w, True, random, self.at)), speeds.tolist()
         first: dict[tuple[float, int], int] = {}  # of the chaotic motions that look the same, and like none known
         for i, (speed, motion) in enumerate(zip(at, found, strict=True)):
             if motion.label == Label.CHAOTIC and not any(motion.same(known) for known in self.at.get(speed, ())):
@@ -331,7 +331,7 @@ class FollowedMotions:
         if first:
             longer = list(first.values())
             w = np.stack([found[i].w for i in longer], axis=1)
-            settled = dict(zip(first, (yield Asked(self.torque, speeds[longer], w, False)), strict=True))
+            settled = dict(zip(first, (yield Request(self.torque, speeds[longer], w, False)), strict=True))
             found = [settled.get((speed, motion.contact), motion) if motion.label == Label.CHAOTIC else motion
                      for speed, motion in zip(at, found, strict=True)]
         reached = []

@@ -112,11 +112,15 @@ class Knocked:
         reached = reach(started, known)
         out = [self._orbits[i][r][0] if r >= 0 else None for i, r in zip(number, reached, strict=True)]
         others = np.flatnonzero(reached < 0)
+
+        def collect(_: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
+            return {"label": found["label"], "period": found.period, "contact": found["contact"],
+                    "factor": found.variables()["dynamic_factor"],
+                    "deflection": largest_deflection(measured_at_end(final, found, settings))}
+
         if len(others):
-            found = classify_batch(
-                lambda chosen: started.take(others[chosen]),
-                lambda _, final, verdicts: self._collect(final, verdicts, settings), np.arange(len(others)),
-                settings=settings, threads=self.threads)
+            found = classify_batch(lambda chosen: started.take(others[chosen]), collect, np.arange(len(others)),
+                                   settings=settings, threads=self.threads)
             for i, label, period, contact, factor, deflection in zip(
                     others, *(found[n].tolist() for n in ("label", "period", "contact", "factor", "deflection")),
                     strict=True):
@@ -132,11 +136,6 @@ class Knocked:
         w[1] += steps
         run = flow.advance(w, periods, points=np.zeros(len(steps), int), sample=True)
         return run.samples[:, :, 0].reshape(periods * samples, len(steps))
-
-    def _collect(self, final: Motions, found: Verdicts, settings: Classification) -> dict[str, np.ndarray]:
-        return {"label": found["label"], "period": found.period, "contact": found["contact"],
-                "factor": found.variables()["dynamic_factor"],
-                "deflection": largest_deflection(measured_at_end(final, found, settings))}
 
     def least(self, found: _Tried, numbers: Sequence[int]) -> tuple[int, float, int, Motion] | None:
         """The least step that leads from one of some motions to one to avoid, to `_ACCURACY`: the number of the motion,

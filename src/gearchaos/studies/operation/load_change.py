@@ -83,8 +83,10 @@ class LoadChange(NamedTuple):
         for k, front in enumerate(meshes.front.tolist()):
             for p, (mass, stiffness, force, own) in enumerate(zip(
                     *(each[:, k] for each in meshes[3:]), excess, strict=True)):
-                drawn[k, :, p] = _evenly(_stored(front, stiffness, abs(force), self.ratio, own), mass, force < 0,
-                                         drawn[k, :, p])
+                stored, unit_x, unit_v = _stored(front, stiffness, abs(force), self.ratio, own), *drawn[k, :, p]
+                x = np.interp(unit_x, stored.share, stored.displacement)
+                v = (2 * unit_v - 1) * np.interp(x, stored.displacement, stored.velocity) / math.sqrt(mass)
+                drawn[k, :, p] = np.stack([x, v]) * (-1.0 if force < 0 else 1.0)  # back flanks are a mirror image
         rest, both = np.repeat(rest, drawn.shape[-1], axis=1), np.stack([meshes.rows, meshes.rates], axis=1)
         both = both.reshape(len(unit), -1)
         return rest + np.linalg.pinv(both) @ (drawn.reshape(unit.shape) - both @ rest)
@@ -141,14 +143,6 @@ def _stored(front: float, stiffness: float, load: float, ratio: float, excess: f
     velocity = np.sqrt(np.maximum(0.0, 2 * (energy + load * x - _strain(x, front, stiffness))))
     share = np.cumsum((velocity if velocity.max() > 0 else 1.0) * np.sin(angle))
     return _Stored(x, velocity, share / share[-1])
-
-
-def _evenly(stored: _Stored, mass: float, turned: bool, unit: np.ndarray) -> np.ndarray:
-    """Displacements and velocities (2, L), even over all that are stored, from even numbers in the unit square (2, L);
-    ``turned`` if the load presses the back flanks."""
-    x = np.interp(unit[0], stored.share, stored.displacement)
-    v = (2 * unit[1] - 1) * np.interp(x, stored.displacement, stored.velocity) / math.sqrt(mass)
-    return np.stack([x, v]) * (-1.0 if turned else 1.0)
 
 
 def stored_energy(front: float, stiffness: float, load: float, ratio: float) -> float:

@@ -20,7 +20,7 @@ from gearchaos.dynamics.orbits import sections
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
-from gearchaos.studies.operation.followed_motions import Asked, FollowedMotions, Motion, Severity, classified
+from gearchaos.studies.operation.followed_motions import FollowedMotions, Motion, Request, Severity, classified
 
 _BEYOND = 2e-4  # how far beyond a change of stability the motion is computed, as a share of the speed
 _COARSE = 2e-4  # to this share of the speed the end of a motion that does not repeat is located
@@ -28,9 +28,9 @@ _ROUNDS = 40  # most motions that are followed one after another at an edge
 
 
 @dataclass
-class Sought:
-    """An edge that is sought at a torque: between a speed ``inside`` the range and one ``outside``, with the motions of
-    both. ``found`` is the one that is furthest outside so far."""
+class Bracket:
+    """Two speeds between which an edge is sought at a torque, one ``inside`` the range and one ``outside``, with the
+    motions of both. ``found`` is the edge that is furthest outside so far."""
 
     torque: float | None
     inside: float
@@ -46,9 +46,9 @@ class Sought:
             self.found = end
 
 
-class Way(NamedTuple):
-    """The way of a motion at a torque from one speed to another, as long as the severity is that of ``avoided``, if one
-    is given."""
+class MotionPath(NamedTuple):
+    """The path of a motion at a torque from one speed to another. It ends where the motion is no longer to be avoided
+    by the severity, or begins to be if ``avoided`` is false."""
 
     torque: float | None
     speed: float
@@ -58,8 +58,7 @@ class Way(NamedTuple):
     avoided: bool = True
 
     @property
-    def path(self) -> Path:
-        """It as that of an orbit."""
+    def of_orbit(self) -> Path:
         def holds(orbits: Orbits, index: int) -> bool:
             return (self.severity(continued(orbits, index, self.motion)) > 0) == self.avoided
 
@@ -79,20 +78,27 @@ def continued(orbits: Orbits, index: int, before: Motion) -> Motion:
 
 
 def continue_orbits(model: MeshModel, torques: Sequence[FollowedMotions]) -> None:
-    """Add the motions that are lost on the way to a neighbouring speed, but whose orbits go on there."""
+    """Add the motions that are lost on the path to a neighbouring speed, but whose orbits go on there."""
     pending = [(motions, here, there, motion) for motions in torques
-               for here, there in _neighbours(motions.speeds) for motion in motions.at[here]
+               for here, there in [*pairwise(motions.speeds), *((b, a) for a, b in pairwise(motions.speeds))]
+               for motion in motions.at[here]
                if motion.period and motion.leads_to[there].leads_to.get(here) is not motion]
     while pending:
         found, goes_on = Follower(model, "speed").goes_on(
-            [Way(motions.torque, here, there, motion).path for motions, here, there, motion in pending])
+            [MotionPath(motions.torque, here, there, motion).of_orbit for motions, here, there, motion in pending])
         following = []
         for i in np.flatnonzero(goes_on).tolist():
             motions, here, there, motion = pending[i]
             reached = continued(found, i, motion)
             if not found.shorter[i]:
-                reached = _added(model, motions, there, reached)
-                motion.leads_to[there] = reached
+                values = {n: np.array([v]) for n, v in ({"speed": there} | _fixed(motions.torque)).items()}
+                flow = initial_value_problems(model, values, coordinates(vary(model, {}))).flow
+                (points,) = sections(flow, reached.w[:, None], np.zeros(1, int), np.array([motion.period]))
+                reached.centre = points[:, :2].mean(axis=0).tolist()
+                known = next((each for each in motions.at[there] if each.same(reached)), None)
+                if known is None:
+                    motions.at[there].append(reached)
+                motion.leads_to[there] = reached = known or reached
                 reached.leads_to[here] = motion
                 at = motions.speeds.index(there) + (1 if there > here else -1)
                 if 0 <= at < len(motions.speeds) and motions.speeds[at] not in reached.leads_to:
@@ -100,63 +106,46 @@ def continue_orbits(model: MeshModel, torques: Sequence[FollowedMotions]) -> Non
         pending = following
 
 
-def _neighbours(speeds: Sequence[float]) -> list[tuple[float, float]]:
-    """All pairs of neighbouring speeds, in both directions."""
-    pairs = list(pairwise(speeds))
-    return [*pairs, *((b, a) for a, b in pairs)]
-
-
-def _added(model: MeshModel, motions: FollowedMotions, speed: float, motion: Motion) -> Motion:
-    """A motion among those of its speed: the same one that is known, or itself, which is new."""
-    values = {n: np.array([v]) for n, v in ({"speed": speed} | _fixed(motions.torque)).items()}
-    flow = initial_value_problems(model, values, coordinates(vary(model, {}))).flow
-    (points,) = sections(flow, motion.w[:, None], np.zeros(1, int), np.array([motion.period]))
-    motion.centre = points[:, :2].mean(axis=0).tolist()
-    for known in motions.at[speed]:
-        if known.same(motion):
-            return known
-    motions.at[speed].append(motion)
-    return motion
-
-
 def locate_edges(
-    model: MeshModel, edges: Sequence[Sought], settings: Classification, *, threads: int | None = None
+    model: MeshModel, brackets: Sequence[Bracket], settings: Classification, *, threads: int | None = None
 ) -> None:
     """Locate edges, each as far outside as a motion to be avoided is found by following those inside.
 
-    A motion that does not repeat is bisected by computing it at speeds in between; where it begins with the end of a
-    motion from beyond, that is the edge.
+    The end of a motion that does not repeat is bisected: it is computed at speeds in between. If a motion from beyond
+    ends there, its end is the edge.
     """
     follower = Follower(model, "speed")
-    open_ = [(edge, Way(edge.torque, edge.inside, edge.outside, motion, edge.severity)) for edge in edges
+    open_ = [(edge, MotionPath(edge.torque, edge.inside, edge.outside, motion, edge.severity)) for edge in brackets
              for motion in edge.motions if edge.severity(motion)]
     for _ in range(_ROUNDS):
         repeating = [pair for pair in open_ if pair[1].motion.period]
-        trials = [(edge, way, (way.until + way.speed) / 2, way.motion.w) for edge, way in open_
-                  if not way.motion.period]
-        for edge, way, *_ in trials:
-            edge.reach(End(float(way.speed), "", float(abs(way.until - way.speed))))
+        trials = [(edge, path, (path.until + path.speed) / 2, path.motion.w) for edge, path in open_
+                  if not path.motion.period]
+        for edge, path, *_ in trials:
+            edge.reach(End(float(path.speed), "", float(abs(path.until - path.speed))))
         trials = [trial for trial in trials if abs(trial[2] - trial[1].speed) > _COARSE * trial[2]]
-        for (edge, way), (end, w) in zip(repeating, follower.ends([w.path for _, w in repeating]), strict=True):
-            at = end.value * (1 + _BEYOND * np.sign(way.until - way.speed))
+        ends = follower.ends([path.of_orbit for _, path in repeating])
+        for (edge, path), (end, w) in zip(repeating, ends, strict=True):
+            at = end.value * (1 + _BEYOND * np.sign(path.until - path.speed))
             goes_on = end.kind not in (GRAZE, BORDER_COLLISION, LIMIT) and (
-                way.until - at) * (way.until - way.speed) > 0
+                path.until - at) * (path.until - path.speed) > 0
             edge.reach(end if end.kind == FOLD or not goes_on else end._replace(
                 resolution=float(abs(at - end.value))))
             if goes_on:
-                trials.append((edge, way, at, w))
+                trials.append((edge, path, at, w))
         if not trials:
             break
-        found = classified(model, [Asked(way.torque, np.array([at]), w[:, None]) for _, way, at, w in trials],
+        found = classified(model, [Request(path.torque, np.array([at]), w[:, None]) for _, path, at, w in trials],
                            settings, None, threads)
         open_ = []
-        for (edge, way, at, _), (motion,) in zip(trials, found, strict=True):
+        for (edge, path, at, _), (motion,) in zip(trials, found, strict=True):
             if edge.severity(motion):
-                open_.append((edge, way._replace(speed=at, motion=motion)))
-            elif not way.motion.period:  # it has ended before
-                open_.append((edge, way._replace(until=at)))
-    back = [(edge, Way(edge.torque, edge.outside, edge.inside, motion, edge.severity, False)) for edge in edges
-            if not edge.found.kind for motion in edge.beyond if motion.period and not edge.severity(motion)]
-    for (edge, _), (end, _) in zip(back, follower.ends([way.path for _, way in back]), strict=True):
+                open_.append((edge, path._replace(speed=at, motion=motion)))
+            elif not path.motion.period:  # it has ended before
+                open_.append((edge, path._replace(until=at)))
+    back = [(edge, MotionPath(edge.torque, edge.outside, edge.inside, motion, edge.severity, False))
+            for edge in brackets if not edge.found.kind for motion in edge.beyond
+            if motion.period and not edge.severity(motion)]
+    for (edge, _), (end, _) in zip(back, follower.ends([path.of_orbit for _, path in back]), strict=True):
         if end.kind and abs(end.value - edge.found.value) <= 2 * edge.found.resolution:
             edge.found = end

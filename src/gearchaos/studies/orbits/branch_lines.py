@@ -44,14 +44,8 @@ def line_nodes(ds: xr.Dataset) -> Nodes:
     branch = np.concatenate([ds["branch"].values, ds["event_branch"].values])[order]
     step = np.diff(before[order])
     joined = (step == ~is_event[order][1:]) & (np.diff(branch) == 0)
-    stable = np.concatenate([ds["unstable"].values == 0, _stable_events(ds)])
-    return Nodes(order, np.concatenate([[False], joined])[: len(order)], stable[order])
-
-
-def _stable_events(ds: xr.Dataset) -> np.ndarray:
-    """Whether each event is on a stable part, or at its end, (E,) of bool."""
     stable = dict(zip(positions(ds).tolist(), (ds["unstable"].values == 0).tolist(), strict=True))
-    changes, out = np.isin(ds["event_kind"].values, CHANGE_STABILITY), np.zeros(ds.sizes["event"], bool)
+    changes, at_event = np.isin(ds["event_kind"].values, CHANGE_STABILITY), np.zeros(ds.sizes["event"], bool)
     for position in np.unique(ds["event_point"].values).tolist():
         events = np.flatnonzero(ds["event_point"].values == position)
         changing = np.flatnonzero(changes[events])
@@ -62,9 +56,10 @@ def _stable_events(ds: xr.Dataset) -> np.ndarray:
         if len(known) == 1 and len(changing):  # the other point was left out
             here, after = (here, not here) if position in stable else (not after, after)
         border = len(events) - 1 if not len(changing) else changing[0] if here else changing[-1]
-        for k, event in enumerate(events):
-            out[event] = (here and k <= border) or (after and k >= border)
-    return out
+        for k, event in enumerate(events):  # whether it is on a stable part, or at its end
+            at_event[event] = (here and k <= border) or (after and k >= border)
+    both = np.concatenate([ds["unstable"].values == 0, at_event])
+    return Nodes(order, np.concatenate([[False], joined])[: len(order)], both[order])
 
 
 def line_parts(nodes: Nodes) -> Iterator[tuple[int, int, bool]]:

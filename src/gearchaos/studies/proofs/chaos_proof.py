@@ -238,8 +238,13 @@ class _CoveringSearch:
             if adjusted is None:
                 return None
             sets[k] = adjusted
-        slack = min(self._slack(*pair) for pair in pairwise(sets))
-        return sets[1:-1] if slack > 0.5 * _SLACK else None
+        for before, after in pairwise(sets):  # do points of the boundary satisfy the conditions of a covering relation?
+            a, b = after.coordinates(self._image(before.at(_BOUNDARY))).T
+            left, right = a[: len(_EDGE)], a[len(_EDGE) : 2 * len(_EDGE)]
+            beyond = max(min(right.min(), -left.max()), min(left.min(), -right.max())) - 1
+            if not min(beyond, 1 - np.abs(b[np.abs(a) <= 1 + _SLACK]).max(initial=0.0)) > 0.5 * _SLACK:
+                return None
+        return sets[1:-1]
 
     def _adjusted_length(self, first: _FloatSet, second: _FloatSet) -> _FloatSet | None:
         """The first set with the unstable half axis and centre with which its edges are mapped just beyond the second.
@@ -286,14 +291,6 @@ class _CoveringSearch:
         middle, half = 0.5 * (beside.max() + beside.min()), 0.5 * np.ptp(beside)
         axes = np.column_stack([second.axes[:, 0], unit * (half * (1 + 2 * _SLACK) + 1e-7)])
         return _FloatSet(second.centre + middle * unit, axes)
-
-    def _slack(self, first: _FloatSet, second: _FloatSet) -> float:
-        """The slack with which points of the boundary of a set satisfy the conditions of a covering relation."""
-        a, b = second.coordinates(self._image(first.at(_BOUNDARY))).T
-        left, right = a[: len(_EDGE)], a[len(_EDGE) : 2 * len(_EDGE)]
-        beyond = max(min(right.min(), -left.max()), min(left.min(), -right.max())) - 1
-        beside = np.abs(a) <= 1 + _SLACK
-        return min(beyond, 1 - np.abs(b[beside]).max(initial=0.0))
 
 
 def _returns(coordinates: np.ndarray, period: int) -> list[tuple[int, int, int]]:

@@ -203,17 +203,15 @@ class RunUp(MeshStudy):
         return {"speed": speed, "torque": torque_at(
             self._profile, time + self.duration * (way == "down"), speed)}
 
-    def _bins(self) -> int:
-        """The number of speeds of the result: each has some periods, or a window of the spectrum, the lowest too."""
-        slowest = self._cycles_per_rpm * self.speed.start * self.duration
-        return max(1, min(_BINS, int(slowest) // min(8, self._window), self._periods))
-
     def dataset(
         self, *, progress: bool = False, threads: int | None = None, journal: str | PathLike[str] | None = None,
     ) -> xr.Dataset:
         if journal is not None and self.signal:
             raise InputError("journal", "must be left out with a signal", str(journal), "That is not kept in it.")
-        edges = np.linspace(self.speed.start, self.speed.stop, self._bins() + 1)
+        # each speed of the result has some periods, or a window of the spectrum, the lowest too
+        slowest = int(self._cycles_per_rpm * self.speed.start * self.duration)
+        bins = max(1, min(_BINS, slowest // min(8, self._window), self._periods))
+        edges = np.linspace(self.speed.start, self.speed.stop, bins + 1)
         orders = np.arange(_HIGHEST * (self._samples // self.samples) * self._window + 1)
         found = {way: RunResults(run, edges, self._window, len(orders)) for way, run in self._runs.items()}
         settings = {n: getattr(self, n) for n in ("duration", "mesh", "down", "samples", "torque", "events")}

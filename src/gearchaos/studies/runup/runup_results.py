@@ -92,7 +92,16 @@ class RunResults:
         np.fmax.at(kept["factor"], group, factor)
         if not known.all() and np.isnan(kept["lost"]):
             kept["lost"] = speed[np.argmin(known)]
-        self._add_windows(force)
+        force = np.concatenate([kept["rest"], force]) if len(kept["rest"]) else force
+        for begin in range(0, len(force) - self.window + 1, self.window):
+            signal = force[begin : begin + self.window].ravel()
+            power = np.abs(np.fft.rfft(signal)[: kept["power"].shape[1]] / (len(signal) / 2)) ** 2
+            power[0] /= 4
+            for bin_power, windows in zip(kept["power"], self._windows, strict=True):
+                if windows[0] <= kept["windows"] <= windows[-1]:
+                    bin_power += power / len(windows)
+            kept["windows"] = kept["windows"] + 1
+        kept["rest"] = force[len(force) // self.window * self.window :].copy()
         kept["periods"] = np.array(k[-1])
 
     def mark(self, motion: np.ndarray) -> None:
@@ -105,19 +114,6 @@ class RunResults:
         """The last period not after this one before which the motion was kept, and the motion (3, d)."""
         at = int(np.searchsorted(self.kept["marks"], period, side="right")) - 1
         return int(self.kept["marks"][at]), self.kept["motions"][at]
-
-    def _add_windows(self, force: np.ndarray) -> None:
-        kept = self.kept
-        force = np.concatenate([kept["rest"], force]) if len(kept["rest"]) else force
-        for first in range(0, len(force) - self.window + 1, self.window):
-            signal = force[first : first + self.window].ravel()
-            power = np.abs(np.fft.rfft(signal)[: kept["power"].shape[1]] / (len(signal) / 2)) ** 2
-            power[0] /= 4
-            for bin_power, windows in zip(kept["power"], self._windows, strict=True):
-                if windows[0] <= kept["windows"] <= windows[-1]:
-                    bin_power += power / len(windows)
-            kept["windows"] = kept["windows"] + 1
-        kept["rest"] = force[len(force) // self.window * self.window :].copy()
 
     @property
     def lost(self) -> float | None:

@@ -94,18 +94,13 @@ def assumptions(design: GearDesign) -> Iterator[Change]:
     for method in methods():
         if method != given:
             yield Change("mesh stiffness", given, method, {"stiffness": method})
-    yield from _load_sharing(design)
-    yield from _backlash(design)
-
-
-def _load_sharing(design: GearDesign) -> Iterator[Change]:
-    """The other ways in which the tooth pairs of a design can share its load."""
     for sharing, corners in ((None, True), (None, False), ("prescribed", None)):
         with suppress(InputError):  # for teeth that cannot have it, and one spring beside a relief
             fields: dict[str, Any] = {"load_sharing": sharing, "corner_contact": corners}
-            other = replace(design, **fields)
-            if other.sharing_in_words != design.sharing_in_words:
-                yield Change("load sharing", design.sharing_in_words, other.sharing_in_words, fields)
+            changed = replace(design, **fields)
+            if changed.sharing_in_words != design.sharing_in_words:
+                yield Change("load sharing", design.sharing_in_words, changed.sharing_in_words, fields)
+    yield from _backlash(design)
 
 
 def improvements(design: GearDesign) -> Iterator[Change]:

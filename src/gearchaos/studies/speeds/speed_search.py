@@ -27,7 +27,6 @@ from gearchaos.studies.operation.followed_motions import (
     MOST_SPEEDS,
     FollowedMotions,
     Motion,
-    Severity,
     brief_settings,
     parts_between,
     side_by_side,
@@ -35,7 +34,7 @@ from gearchaos.studies.operation.followed_motions import (
 from gearchaos.studies.operation.knocks import Knock, find_knocks
 from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 from gearchaos.studies.operation.severities import SUDDEN
-from gearchaos.studies.operation.window_edges import Sought, Way, continue_orbits, locate_edges
+from gearchaos.studies.operation.window_edges import Bracket, MotionPath, continue_orbits, locate_edges
 from gearchaos.studies.speeds.criteria import Criteria
 from gearchaos.studies.speeds.speed_windows import Jump
 
@@ -98,7 +97,7 @@ class AtTorque:
         """The speeds at which neither operation nor a load change meets a motion to avoid."""
         return [s for s, rank in zip(self.motions.speeds, self.motions.ranks(self.severity), strict=True) if not rank]
 
-    def sought(self) -> list[Sought]:
+    def brackets(self) -> list[Bracket]:
         """The edges between neighbouring speeds of different ranks.
 
         A motion that operation meets at one of them, and that is there at the other after a load change, does not end
@@ -110,27 +109,26 @@ class AtTorque:
             if a != b:
                 inner, outer = i + (b > a), i + (a > b)
                 inside, outside, worst = speeds[inner], speeds[outer], max(a, b)
-                least = self._at_least(severity_of(worst))
-                motions = self.motions.at[inside]
+                motions, least = self.motions.at[inside], severity_of(worst)
+
+                def as_severe(motion: Motion, least: int = least) -> int:
+                    return int(self.severity(motion) >= least)
+
                 if worst > MOST_SEVERE and min(a, b):
-                    motions = [m for m in met[inner] if not least(m.leads_to[outside])]
-                out.append(Sought(
-                    self.motions.torque, inside, outside, motions, self.motions.at[outside], least,
+                    motions = [m for m in met[inner] if not as_severe(m.leads_to[outside])]
+                out.append(Bracket(
+                    self.motions.torque, inside, outside, motions, self.motions.at[outside], as_severe,
                     End(inside, "", abs(outside - inside))))
         return out
 
-    def _at_least(self, severity: int) -> Severity:
-        """Whether a motion is at least as severe."""
-        return lambda motion: int(self.severity(motion) >= severity)
-
-    def left_behind(self) -> list[tuple[Way, str, Motion]]:
+    def left_behind(self) -> list[tuple[MotionPath, str, Motion]]:
         """The orbits that slow sweeps leave for good, with the direction of the sweep and the motion reached."""
         out, motions, rows = [], self.motions, self.motions.named()
         for direction, row, step in (("up", rows["rising"], 1), ("down", rows["falling"], -1)):
             for (motion, reached), (here, there) in zip(
                     pairwise(row[::step]), pairwise(motions.speeds[::step]), strict=True):
                 if motion and reached and motion.period and reached.leads_to[here] is not motion:
-                    out.append((Way(motions.torque, here, there, motion), direction, reached))
+                    out.append((MotionPath(motions.torque, here, there, motion), direction, reached))
         return out
 
 
@@ -233,15 +231,15 @@ def search_torques(
             break
         side_by_side([each.motions.refine(each.severity, each.limit) for each in more], model, criteria.settings,
                      threads=threads)
-    sought = [each.sought() for each in at]
-    locate_edges(model, [edge for edges in sought for edge in edges], criteria.settings, threads=threads)
-    for each, edges in zip(at, sought, strict=True):
+    brackets = [each.brackets() for each in at]
+    locate_edges(model, [edge for edges in brackets for edge in edges], criteria.settings, threads=threads)
+    for each, edges in zip(at, brackets, strict=True):
         each.edges = [edge.found for edge in edges]
     swept = [each.left_behind() for each in at]
-    ends = iter(Follower(model, "speed").ends([way.path for each in swept for way, *_ in each]))
+    ends = iter(Follower(model, "speed").ends([path.of_orbit for each in swept for path, *_ in each]))
     for each, left in zip(at, swept, strict=True):
-        each.jumps = tuple(Jump(end.value, direction, end.kind, way.motion.dynamic_factor, reached.dynamic_factor)
-                           for (way, direction, reached), (end, _) in zip(left, ends, strict=False))
+        each.jumps = tuple(Jump(end.value, direction, end.kind, path.motion.dynamic_factor, reached.dynamic_factor)
+                           for (path, direction, reached), (end, _) in zip(left, ends, strict=False))
         if criteria.knocks and not model.mesh_names:
             each.knocks, each.largest_knock = find_knocks(
                 each.motions, each.good, each.severity, each.beyond, criteria.settings, threads)
@@ -249,9 +247,14 @@ def search_torques(
 
 
 def _at_torque(model: MeshModel, torque: float | None, criteria: Criteria) -> AtTorque:
-    """A model at a torque, before a search."""
+    """A model at a torque, before a search; raises `InputError` where the deflection alone comes near the bound of all
+    motions."""
     model = model if torque is None else model.with_values({"torque": torque})
-    _check_deflection(model)
+    system = switched_system(vary(model, {}))
+    deflection = float(np.abs(system.static_force).max() / system.levels.max())
+    if deflection > _MOST_DEFLECTION:
+        raise InputError("torque", f"must deflect the teeth at rest by at most {_MOST_DEFLECTION:g} half backlashes",
+                         f"{model.value('torque'):.6g} N m", f"It is about {deflection:.2g}: check the units.")
     gears, load = gears_of(model), model.value("torque") or 0.0
     root = peak_root_stress(gears, load, 1.0)
     if criteria.root_stress is not None and root is None:
@@ -260,12 +263,3 @@ def _at_torque(model: MeshModel, torque: float | None, criteria: Criteria) -> At
     return AtTorque(criteria, FollowedMotions(model, torque, criteria.draw),
                      quasi_static_ratio(model), TeethLimits.of(gears, load),
                      None if root is None else max(root))
-
-
-def _check_deflection(model: MeshModel) -> None:
-    """Raise `InputError` for a torque at which the deflection alone comes near the bound of all motions."""
-    system = switched_system(vary(model, {}))
-    deflection = float(np.abs(system.static_force).max() / system.levels.max())
-    if deflection > _MOST_DEFLECTION:
-        raise InputError("torque", f"must deflect the teeth at rest by at most {_MOST_DEFLECTION:g} half backlashes",
-                         f"{model.value('torque'):.6g} N m", f"It is about {deflection:.2g}: check the units.")

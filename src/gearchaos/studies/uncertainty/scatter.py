@@ -313,7 +313,15 @@ class Scatter(ClassifyingStudy):
             design, torque = np.transpose(keys)
             at = np.array([place[each] for each in design.tolist()]), torque
             out["possible"][at] = 1
-            for after, values in self._found(motions, design, torque).items():
+            # the load changes only for designs that are samples of the inputs
+            cells = np.flatnonzero(np.repeat((design < self.samples) & (AFTER in self._classes), len(speeds)))
+            machine, speed = np.divmod(cells, len(speeds))
+            found, changed = motions.found(cells, self.changes[:, design[machine], torque[machine], speed],
+                                           None if self.wide else LoadChange(self.load_change or 0.0))
+            of_changes = {n: np.zeros_like(v) for n, v in found.items()}
+            for name, values in changed.items():
+                of_changes[name][cells] = values
+            for after, values in zip(self._classes, (found, of_changes), strict=False):
                 for each in ("label", "contact", "excess", "beyond"):
                     out[f"{each}{after}"][at] = values[each].reshape(len(keys), -1)
         return {n: v.reshape(-1) for n, v in out.items()}
@@ -322,19 +330,6 @@ class Scatter(ClassifyingStudy):
     def _classes(self) -> tuple[str, ...]:
         """What the names of results end in: of motions in operation, and after a change of the load."""
         return ("", AFTER) if self.wide or self.load_change is not None else ("",)
-
-    def _found(self, motions: ScatteredMotions, design: np.ndarray, torque: np.ndarray) -> dict[str, Results]:
-        """The results by class of motions of the machines with these numbers of the design and torque; after a change
-        of the load only of the designs that are samples of the inputs."""
-        changing = (design < self.samples) & (AFTER in self._classes)
-        cells = np.flatnonzero(np.repeat(changing, self.speed.count))
-        machine, speed = np.divmod(cells, self.speed.count)
-        found, changed = motions.found(cells, self.changes[:, design[machine], torque[machine], speed],
-                                       None if self.wide else LoadChange(self.load_change or 0.0))
-        after = {n: np.zeros_like(v) for n, v in found.items()}
-        for name, values in changed.items():
-            after[name][cells] = values
-        return dict(zip(self._classes, (found, after), strict=False))
 
     def finish(self, found: Results, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         found = {name: values.reshape(tuple(self.grid.values())) for name, values in found.items()}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -122,7 +121,8 @@ class ScatterResults:
         torques, count = self.outcomes.shape[2], len(self.inputs)
         best, half = np.full((2, 3, len(AIMS), torques, count), np.nan)
         ends = np.full((2, len(AIMS), torques, count), np.nan)
-        for a, t, i in self._aimed():
+        possible = self.independent and self.by_scrambling(self.possible).any(axis=1).all()
+        for a, t, i in np.ndindex(len(AIMS), torques, count) if possible else ():
             lost: np.ndarray = self.outcomes[0][:, t].any(axis=1)
             aimed = self.by_scrambling(lost if a == 0 else self.share_lost[:, t])
             u = self.by_scrambling(self.points.reshape(-1, count)[:, i])
@@ -131,10 +131,6 @@ class ScatterResults:
         dims = "aim", "torque", "varied"
         return {**variables(dims, _with_ends("if_best", best)), **variables(dims, _with_ends("if_halved", half)),
                 **variables(dims, {"best_from": ends[0], "best_to": ends[1]})}
-
-    def _aimed(self) -> Iterator[tuple[int, int, int]]:
-        if self.independent and self.by_scrambling(self.possible).any(axis=1).all():
-            yield from np.ndindex(len(AIMS), self.outcomes.shape[2], len(self.inputs))
 
     def _samples(self) -> dict[str, xr.Variable]:
         def flat(designs: np.ndarray) -> np.ndarray:

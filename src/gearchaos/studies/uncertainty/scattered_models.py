@@ -279,8 +279,9 @@ class ScatteredModels:
         with bar(progress, len(samples)) as advance:
             for number, values in samples.items():
                 try:
-                    out |= {(number, t): Machine(model, _ratio(model), limits)
-                            for t, (model, limits) in enumerate(self._made(values))}
+                    out |= {(number, t): Machine(
+                        model, quasi_static_ratio(model) if model.q1 or model.q2 else np.nan, limits)
+                        for t, (model, limits) in enumerate(self._made(values))}
                 except InputError as error:
                     refused[f"{error.field} {error.rule}"] += 1
                 advance(1)
@@ -294,15 +295,14 @@ class ScatteredModels:
         """
         groups = dict[Any, list[tuple[int, int]]]()
         for key, (model, *_) in machines.items():
-            groups.setdefault(self._likeness(model), []).append(key)
+            parameters, stiffness = model.parameters(), model.stiffness
+            same = tuple((n, None if n in self.varying or n == "omega" else v) for n, v in parameters.items())
+            unnamed = () if stiffness.families else tuple(
+                (n, tuple(v) if isinstance(v, list) else v) for n, v in stiffness.record().items()
+                if n not in parameters)
+            likeness = type(stiffness), unnamed, same, coordinates(vary(model, {})), model.damping_law
+            groups.setdefault(likeness, []).append(key)
         return list(groups.values())
-
-    def _likeness(self, model: MeshModel) -> Any:
-        parameters, stiffness = model.parameters(), model.stiffness
-        same = tuple((n, None if n in self.varying or n == "omega" else v) for n, v in parameters.items())
-        unnamed = () if stiffness.families else tuple(
-            (n, tuple(v) if isinstance(v, list) else v) for n, v in stiffness.record().items() if n not in parameters)
-        return type(stiffness), unnamed, same, coordinates(vary(model, {})), model.damping_law
 
     def batch(
         self, machines: Sequence[Machine], machine: np.ndarray, at: np.ndarray,
@@ -358,8 +358,3 @@ def check_parameters(model: MeshModel, inputs: Sequence[Scattered], points: Sequ
         if each.name not in model.known_names:
             model.expand({each.name: 0.0})
         vary(model, {each.name: [each.given(v) for v in values[[values.argmin(), values.argmax()]]]})
-
-
-def _ratio(model: MeshModel) -> float:
-    """`quasi_static_ratio`; NaN without a static load."""
-    return quasi_static_ratio(model) if model.q1 or model.q2 else np.nan

@@ -58,8 +58,15 @@ class ScatteredMotions:
         to, carried = self._carried(operation)
         w, reached = operation["w"][cells].T, np.zeros(len(cells), bool)
         if len(cells):
-            w, reached = self._followed(
-                cells, self._changed(cells, operation["dynamic_factor"][cells], unit, change), operation)
+            machine, speed = np.divmod(cells, len(self.speeds))
+            system, initial = self._begun.flow.system.take(cells), dict[str, np.ndarray]()
+            if change is None:
+                initial = {n: low + (high - low) * u for (n, (low, high)), u in zip(
+                    default_box(self.machines[0].model).items(), unit, strict=True)}
+            w = initial_state(self.models.batch(self.machines, machine, self.speeds[speed], initial), system).T
+            if change is not None:
+                w = change.states(Meshes.of(system), w, operation["dynamic_factor"][cells], unit)
+            w, reached = self._followed(cells, w, operation)
         others = np.flatnonzero(~reached)
         begun = replace(self._begun, w=np.concatenate([w[:, others], carried], axis=1),
                         points=np.concatenate([cells[others], to]))
@@ -134,20 +141,6 @@ class ScatteredMotions:
         for _ in tiles.run(follow, tiles.split(len(cells), self.largest, self.threads), threads=self.threads):
             pass
         return w, is_lost
-
-    def _changed(
-        self, cells: np.ndarray, factors: np.ndarray, unit: np.ndarray, change: LoadChange | None
-    ) -> np.ndarray:
-        """The states (d, L) of cells after a change of the load, from wide ranges for None, after motions with these
-        dynamic factors."""
-        machine, speed = np.divmod(cells, len(self.speeds))
-        system = self._begun.flow.system.take(cells)
-        initial = {}
-        if change is None:
-            initial = {n: low + (high - low) * u for (n, (low, high)), u in zip(
-                default_box(self.machines[0].model).items(), unit, strict=True)}
-        w = initial_state(self.models.batch(self.machines, machine, self.speeds[speed], initial), system).T
-        return w if change is None else change.states(Meshes.of(system), w, factors, unit)
 
     def _classified(self, started: Callable[[np.ndarray], Motions], cells: np.ndarray) -> Results:
         """The results of motions in cells (L,), those of similar mesh frequency computed together."""

@@ -90,15 +90,10 @@ class MeshStudy(WholeStudy):
         """The force of the mesh (N M,) at samples (N, M, d + 1) of N periods, in the last column the contact state."""
         periods, count, _ = samples.shape
         flat, share = samples.reshape(periods * count, -1), np.arange(count) / count
-        if _alike(system):
+        several = system.contacts
+        arrays = (several.damping, several.stiffness, several.edges, several.offset) if several is not None else (
+            system.damping, system.levels, system.starts, system.chi_cos, system.chi_sin)
+        if all((array == array[:1]).all() for array in arrays):  # at all points the force follows from the state alike
             return mesh_forces(system, flat[:, :-1], flat[:, -1], np.tile(share, periods))[:, self._at]
         return np.concatenate([mesh_forces(system.take(np.array([p])), own[:, :-1], own[:, -1], share)[:, self._at]
                                for p, own in enumerate(samples)])
-
-
-def _alike(system: SwitchedAffine) -> bool:
-    """Whether the mesh force follows from the state alike at all points of a system."""
-    several = system.contacts
-    arrays = (system.damping, system.levels, system.starts, system.chi_cos, system.chi_sin) if several is None else (
-        several.damping, several.stiffness, several.edges, several.offset)
-    return all(bool((array == array[:1]).all()) for array in arrays)

@@ -251,7 +251,13 @@ class Orders(ClassifyingStudy, MeshStudy):
                  "motion": found.motion, "window": f"none, {found.turns} turns" if found.repeats else window,
                  "status": "diverged" if found.motion == "diverged" else "ok"}
         if self.against is not None:
-            values[f"against_{name}"] = self._of_other(len(order), found.turns) * shown
+            other, amplitude = self._other._spectrum(), np.zeros(len(order))  # 0 where the other has no line
+            units = [unit_of(name, cast(Any, each).gears.to_pair().scales) for each in (self.against, self.model)]
+            factor = units[0][0] / units[1][0] if units[0] and units[1] else 1.0
+            k = np.arange(len(other.amplitude)) * found.turns
+            own = (k % other.turns == 0) & (k < len(order) * other.turns)
+            amplitude[k[own] // other.turns] = factor * other.amplitude[own]
+            values[f"against_{name}"] = amplitude * shown
             attrs["against"] = model_json(self.against)
         data = variables(("order",), values)
         data |= variables(("modulation_order",), {"modulation": found.modulation})
@@ -321,17 +327,6 @@ class Orders(ClassifyingStudy, MeshStudy):
             share = np.tile(np.arange(samples.shape[1]) / samples.shape[1], len(samples))
             return mesh_rotation(batch, system.names, w, share, self._at)
         return w[:, 0] - 1 if contacts is None else w @ contacts.rows[self._at] - contacts.front[self._at]
-
-    def _of_other(self, count: int, turns: int) -> np.ndarray:
-        """The amplitudes of the other gears (count,) at the orders k/turns, in the unit of these; 0 where it has no
-        line."""
-        found, out = self._other._spectrum(), np.zeros(count)
-        units = [unit_of(self._variable, cast(Any, each).gears.to_pair().scales) for each in (self.against, self.model)]
-        factor = units[0][0] / units[1][0] if units[0] and units[1] else 1.0
-        k = np.arange(len(found.amplitude)) * turns
-        own = (k % found.turns == 0) & (k < count * found.turns)
-        out[k[own] // found.turns] = factor * found.amplitude[own]
-        return out
 
 
 def force_by_motion(system: SwitchedAffine, samples: np.ndarray) -> np.ndarray | None:

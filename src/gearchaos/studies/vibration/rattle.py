@@ -14,7 +14,7 @@ from gearchaos.dynamics.response import CONTACTS, MESH, MeshResponse
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.model import vary
 from gearchaos.model.contacts import MeshContacts
-from gearchaos.model.switched import SwitchedAffine, switched_system
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.core.axis import Axis
 from gearchaos.studies.core.cost import Cost
 from gearchaos.studies.core.declaration import function_of
@@ -137,9 +137,6 @@ class Rattle(ClassifyingStudy, WholeStudy):
                   axis: variable(axis, (axis,), self.axis.values)}
         return new_dataset(found, coords | mesh_coordinate(self.model), self.provenance(mesh=self.mesh))
 
-    def _system(self, values: np.ndarray) -> SwitchedAffine:
-        return switched_system(vary(self.model, {self.axis.name: values}))
-
     def _onsets(self, permanent: np.ndarray) -> list[tuple[float, float, str]]:
         """Value, linear value and mesh of each change between two values of the axis, from (count, K)."""
         out = []
@@ -170,7 +167,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
 
     def _excitation(self, values: np.ndarray) -> np.ndarray:
         """The largest fall of the linear deflection of each mesh below its mean, over that, at values (V,), (V, K)."""
-        system = self._system(values)
+        system = switched_system(vary(self.model, {self.axis.name: values}))
         contacts: MeshContacts = system.contacts  # type: ignore[assignment]
         if np.ptp(contacts.stiffness, axis=2).any() or np.ptp(contacts.offset, axis=2).any():
             return np.full((len(values), len(contacts.rows)), np.nan)

@@ -14,7 +14,6 @@ from gearchaos.gears.io.units import measured
 from gearchaos.plot.classes import SEVERITY_COLOURS
 from gearchaos.plot.theme import INK
 from gearchaos.studies.operation.beyond_the_teeth import BEYOND
-from gearchaos.studies.operation.followed_motions import Motion
 from gearchaos.studies.operation.severities import CRITERION, SEVERITIES
 
 _LINES = (("without a knock", "#9a9a9a", 1.0), ("after half of it", INK, 1.4),
@@ -57,15 +56,10 @@ def knock_text(found: KnockedMotion) -> KnockText:
              f"({measured(abs(knock.impulse), 2)} N m s), {'for' if knock.speed_step > 0 else 'back'}wards at "
              f"{measured(knock.phase, 2)} of the mesh period")
     to = f"It leads to a motion in which {CRITERION}, {_factor(knock.dynamic_factor, knock.beyond_the_teeth)}."
-    return KnockText([f"{least}. {to}", f"Half of it leads {_reached(half, found)}."],
-                     Legend(entries=tuple((colour, name) for name, colour, _ in _LINES)))
-
-
-def _reached(half: Motion, found: KnockedMotion) -> str:
-    """What half of the knock leads to."""
-    to = "back to this motion" if found.back else (
+    back = "back to this motion" if found.back else (
         f"to a motion to avoid, in which {CRITERION}" if half.contact else "to another motion in contact")
-    return f"{to}, {_factor(half.dynamic_factor, found.beyond)}"
+    return KnockText([f"{least}. {to}", f"Half of it leads {back}, {_factor(half.dynamic_factor, found.beyond)}."],
+                     Legend(entries=tuple((colour, name) for name, colour, _ in _LINES)))
 
 
 def _factor(factor: float, beyond: bool) -> str:
