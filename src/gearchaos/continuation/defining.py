@@ -140,8 +140,12 @@ class EventEquations(Equations):
     def _singular(self, flow: PeriodFlow, cycle: Cycle,
                   multiplier: complex) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
         """Least singular value σ, its derivatives (n d + 2,) by points and parameters, and v and w (n, d)."""
-        n, d = cycle.points.shape
-        left, sigma, right = np.linalg.svd(critical_matrix(cycle, multiplier))
+        (n, d), identity = cycle.points.shape, np.eye(cycle.points.shape[1])
+        critical = np.zeros((n, d, n, d), dtype=type(multiplier))  # singular where the cycle has this multiplier
+        for k in range(n):
+            critical[k, :, k] = cycle.result.monodromy[k]
+            critical[k, :, (k + 1) % n] -= identity * (multiplier if k == n - 1 else 1.0)
+        left, sigma, right = np.linalg.svd(critical.reshape(n * d, n * d))
         v, w = right[-1].conj().reshape(n, d), left[:, -1].reshape(n, d)
         slope = self._directional(flow, cycle, w, v.real)
         if np.iscomplexobj(v):
@@ -188,16 +192,6 @@ class GrazeEquations(EventEquations):
             return np.full(1, np.nan), np.zeros((1, len(u))), EventState(cycle)
         number = cycle.nearest_extremum(self.instant, self.boundary)
         return extrema[[number], 1] - self.boundary, cycle.extremum_derivatives(number)[None], EventState(cycle, number)
-
-
-def critical_matrix(cycle: Cycle, multiplier: complex) -> np.ndarray:
-    """The matrix (n d, n d) that is singular where the cycle has this multiplier."""
-    (n, d), identity = cycle.points.shape, np.eye(cycle.points.shape[1])
-    out = np.zeros((n, d, n, d), dtype=type(multiplier))
-    for k in range(n):
-        out[k, :, k] = cycle.result.monodromy[k]
-        out[k, :, (k + 1) % n] -= identity * (multiplier if k == n - 1 else 1.0)
-    return out.reshape(n * d, n * d)
 
 
 def event_equations(family: ParameterFamily, seed: EventSeed, spans: tuple[float, float]) -> EventEquations:

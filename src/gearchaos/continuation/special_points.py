@@ -71,7 +71,11 @@ def _tests(kind: str, reference: EventState,
            equations: EventEquations) -> Iterator[tuple[str, Callable[[EventState], float]]]:
     """Names and test functions of the points that a curve of this kind can have."""
     if kind == FOLD:
-        yield "cusp", lambda s: _aligned_curvature(s, reference)
+        def curvature(state: EventState) -> float:  # w* D²P[v, v] with the sign of w chosen as at the reference
+            assert state.covector is not None and reference.covector is not None and state.curvature is not None
+            return float(np.sign(np.sum(state.covector * reference.covector)) * state.curvature)
+
+        yield "cusp", curvature
         yield "1:1 resonance", lambda s: _others(s, 1.0)
         yield "fold-flip", lambda s: flip_test(s.cycle)
         yield "fold-neimark-sacker", lambda s: _pairs(s, 1.0)
@@ -101,12 +105,6 @@ def _pairs(state: EventState, critical: float) -> float:
     m = state.cycle.multipliers
     m = np.delete(m, np.argmin(np.abs(m - critical)))
     return float(np.prod([a * b - 1.0 for a, b in combinations(m, 2)]).real) if len(m) > 1 else 1.0
-
-
-def _aligned_curvature(state: EventState, reference: EventState) -> float:
-    """w* D²P[v, v] with the sign of w chosen as at the reference."""
-    assert state.covector is not None and reference.covector is not None and state.curvature is not None
-    return float(np.sign(np.sum(state.covector * reference.covector)) * state.curvature)
 
 
 def flip_coefficient(state: EventState, equations: EventEquations) -> float:
@@ -201,9 +199,15 @@ def joint(equations: EventEquations, near: Point, reach: float) -> SpecialPoint 
     flips = EventEquations(equations.family, FLIP, n, (float(spans[0]), float(spans[1])))
     start = replace(near, u=guess, tangent=normal, data=EventState(
         evaluate(equations.family, guess[:-2].reshape(n, -1), guess[-2:])))
+    def degenerate_flip() -> Point | None:  # the nearest flip at which the coefficient of the normal form vanishes
+        origin = correct(flips, start.u, start.tangent, start.tangent)
+        return nearest_root(
+            of_data(lambda state: flip_coefficient(state, flips)), lambda distance: correct(
+                flips, origin.u + distance * origin.tangent, origin.tangent, origin.tangent), reach)
+
     searches: dict[str, Callable[[], Point | None]] = {"grazing-flip": lambda: Grazes(flips, start).corner(reach)}
     if equations.kind == FOLD:
-        searches["generalised flip"] = lambda: _degenerate_flip(flips, start, reach)
+        searches["generalised flip"] = degenerate_flip
     found = None
     for name, search in searches.items():
         try:
@@ -221,15 +225,3 @@ def joint(equations: EventEquations, near: Point, reach: float) -> SpecialPoint 
 def _twice(u: np.ndarray) -> np.ndarray:
     """The unknowns of an orbit over twice its period."""
     return np.append(np.tile(u[:-2], 2), u[-2:])
-
-
-def _degenerate_flip(flips: EventEquations, near: Point, reach: float) -> Point | None:
-    """The flip nearest to a point, and in reach, at which the coefficient of the normal form vanishes."""
-    origin = correct(flips, near.u, near.tangent, near.tangent)
-
-    def at(distance: float) -> Point:
-        return correct(flips, origin.u + distance * origin.tangent, origin.tangent, origin.tangent)
-
-    return nearest_root(of_data(lambda state: flip_coefficient(state, flips)), at, reach)
-
-

@@ -18,7 +18,20 @@ class DampingLaw(Protocol):
     def releases(self) -> bool: ...  # whether contact ends where its force does
 
 
-class SwitchedSystem(Protocol):
+class MeshForce(Protocol):
+    """What of a `SwitchedSystem` says whether its flanks touch."""
+
+    @property
+    def law(self) -> DampingLaw: ...
+    @property
+    def levels(self) -> np.ndarray: ...
+    @property
+    def chi_cos(self) -> np.ndarray: ...
+    @property
+    def damping(self) -> np.ndarray: ...
+
+
+class SwitchedSystem(MeshForce, Protocol):
     """A batch of switched affine systems: P parameter points, d coordinates, H harmonics of the forcing, N levels and K
     harmonics of the stiffness.
 
@@ -92,19 +105,11 @@ class SwitchedSystem(Protocol):
     @property
     def f_sin(self) -> np.ndarray: ...
     @property
-    def levels(self) -> np.ndarray: ...
-    @property
     def starts(self) -> np.ndarray: ...
     @property
     def same_starts(self) -> bool: ...
     @property
-    def chi_cos(self) -> np.ndarray: ...
-    @property
     def chi_sin(self) -> np.ndarray: ...
-    @property
-    def damping(self) -> np.ndarray: ...
-    @property
-    def law(self) -> DampingLaw: ...
     @property
     def velocity(self) -> np.ndarray: ...
     @property
@@ -196,19 +201,6 @@ def min_steps_per_period(system: SwitchedSystem) -> np.ndarray:
     [15.95]
     """
     return 2 * np.pi / system.omega * fastest_rate(system) / STEP_ANGLE
-
-
-class MeshForce(Protocol):
-    """What of a `SwitchedSystem` says whether its flanks touch."""
-
-    @property
-    def law(self) -> DampingLaw: ...
-    @property
-    def levels(self) -> np.ndarray: ...
-    @property
-    def chi_cos(self) -> np.ndarray: ...
-    @property
-    def damping(self) -> np.ndarray: ...
 
 
 def contact_states(system: MeshForce, w: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -26,6 +26,9 @@ from gearchaos.explorer.web import export
 from gearchaos.gears.operation.operating import OperatingModel
 from gearchaos.studies.speeds.assess import Assessment
 
+if TYPE_CHECKING:
+    from gearchaos.explorer.web.page import Page
+
 _DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
 _MAP_DELAY = 0.02  # the same for a map: longer than between two frames of the browser, which may send a change each
 _MOVING = 0.2  # seconds between two changes up to which a slider is being moved; the first has no delay
@@ -41,32 +44,6 @@ _NO_PAIR = "choose a pair of gears; a dimensionless model and a train have none"
 _COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
 
 
-class Display(Protocol):
-    """Where results are shown; all methods are called in the thread of the page."""
-
-    def show_map(self, found: Map) -> None: ...
-    def show_point_motion(self, found: PointMotion) -> None: ...
-    def show_diagram(self, found: xr.Dataset) -> None: ...
-    def show_basins(self, view: View, found: xr.Dataset) -> None: ...
-    def show_attractors(self, found: xr.Dataset) -> None: ...
-    def clear_point_studies(self) -> None: ...
-    def show_branch(self, found: xr.Dataset) -> None: ...
-    def clear_branch(self) -> None: ...
-    def show_skeleton(self, found: Skeleton | None) -> None: ...
-    def clear_skeleton(self) -> None: ...
-    def show_run_up(self, found: RunUpResult) -> None: ...
-    def clear_run_up(self) -> None: ...
-    def show_assessment(self, line: SpeedLine, found: Assessment | None) -> None: ...
-    def clear_assessment(self) -> None: ...
-    def show_tolerances(self, found: Cloud | None) -> None: ...
-    def clear_tolerances(self) -> None: ...
-    def show_knock(self, found: KnockedMotion | None) -> None: ...
-    def clear_knock(self) -> None: ...
-    def show_busy(self, tasks: Sequence[str], compiling: bool) -> None: ...
-    def show_message(self, message: str) -> None: ...
-    def save_file(self, content: bytes, media_type: str, name: str) -> None: ...
-
-
 class Computations:
     """The computations of one page (``owner``), at most one per task ("map", "diagram", ...).
 
@@ -76,13 +53,14 @@ class Computations:
     the branch of the motion at the point and what a knock does to it, the run-up, the assessment of the speeds, what
     tolerances do, and the bifurcation curves over the map, which begin once the map is complete.
 
-    ``call_soon`` takes a function and calls it, later, in the thread of the page. ``skeleton_period`` is the largest
+    Results are shown by the methods of the page, ``display``, in its thread: ``call_soon`` takes a function and calls
+    it there, later. ``skeleton_period`` is the largest
     period of the orbits whose bifurcation curves are shown or asked for, 0 without curves.
     """
 
     def __init__(
         self, owner: str, view: View, workers: Workers, call_soon: Callable[[Callable[[], None]], None],
-        display: Display,
+        display: Page,
     ) -> None:
         self._owner, self._view, self._call_soon, self._display = owner, view, call_soon, display
         self._quick, self._slow, self._branches, self._curves = workers

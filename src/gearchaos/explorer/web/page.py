@@ -36,7 +36,7 @@ from gearchaos.studies.speeds.assess import Assessment
 
 
 class Page:
-    """One page; the `Display` of its computations.
+    """One page, which shows the results of its `Computations`.
 
     ``start`` is what the server shows first, whose gears are those of the page, and ``view`` the present view, in whose
     units results are shown. ``preset`` is the key of the preset that it shows, or "", ``basins_view`` the view whose

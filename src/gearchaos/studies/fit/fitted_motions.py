@@ -13,9 +13,9 @@ from gearchaos.dynamics.response import CONTACTS
 from gearchaos.flow import OK, ExactFlow, Measure
 from gearchaos.gears.io.units import RPM
 from gearchaos.gears.mesh.pair import GearPair
-from gearchaos.model import MeshModel, vary
+from gearchaos.model import vary
 from gearchaos.model.coordinates import initial_state, prescribed_rates_at_start, relative_rotation
-from gearchaos.model.switched import SwitchedAffine, switched_system
+from gearchaos.model.switched import switched_system
 from gearchaos.studies.core.initial_value_problems import PERIODS_PER_VALUE
 
 _INSTANTS = 128  # of a mesh period at which motions are sampled: the first harmonics of z are then right to about 1e-7
@@ -53,22 +53,20 @@ class PairsAtSpeeds:
         values["omega"] = np.tile(pairs[0].n1 * RPM * speeds / pairs[0].omega0, len(pairs))
         self._batch = vary(models[0], values)
         self._length = np.repeat([pair.half_backlash for pair in pairs], len(speeds))  # (V P,)
-        self._flow = ExactFlow(self._system(models, values), _INSTANTS)
+        if not any(name.startswith("corner") for name in models[0].stiffness.unnamed()):
+            system = switched_system(self._batch)
+        else:
+            # Gaps beyond the path have no name by which a batch varies them. They are those with the least backlash,
+            # which has the finest pieces, in the ratio of the backlashes.
+            finest = int(np.argmin(self._length)) // self._count
+            system = switched_system(vary(models[finest], {n: v for n, v in values.items() if n not in _GAPS}))
+            assert system.contacts is not None
+            ratio, flank = (self._length.min() / self._length)[:, None, None, None], np.array([1.0, 0.0, 0.0])
+            gap = (system.contacts.offset - flank) * ratio + flank
+            system = replace(system, contacts=system.contacts._replace(offset=gap))
+        self._flow = ExactFlow(system, _INSTANTS)
         self._front = np.eye(self._flow.dimension)[:, :1]
         self.points = np.arange(self._batch.size)
-
-    def _system(self, models: Sequence[MeshModel], values: dict[str, np.ndarray]) -> SwitchedAffine:
-        """The systems of all points. Gaps beyond the path have no name by which a batch varies them: all gaps are those
-        with the least backlash, which has the finest pieces, in the ratio of the backlashes.
-        """
-        if not any(name.startswith("corner") for name in models[0].stiffness.unnamed()):
-            return switched_system(self._batch)
-        finest = int(np.argmin(self._length)) // self._count
-        system = switched_system(vary(models[finest], {n: v for n, v in values.items() if n not in _GAPS}))
-        assert system.contacts is not None
-        gap = system.contacts.offset.copy()
-        ratio, flank = (self._length.min() / self._length)[:, None, None, None], np.array([1.0, 0.0, 0.0])
-        return replace(system, contacts=system.contacts._replace(offset=(gap - flank) * ratio + flank))
 
     def _states(self, w: np.ndarray, period: np.ndarray, points: np.ndarray) -> Motions:
         return Motions((w - self._front) * self._length[points], period)

@@ -39,7 +39,12 @@ def to_avoid(
 
     ``motions`` (N, M) are those of `force_and_signature`; those in the slice ``after`` follow load changes.
     """
-    hits, factor, deflection, loaded = _limits(model, at)
+    names = [n for n in at if n not in ("speed", "omega")]  # on which no limit depends
+    index, each = np.zeros(1, int), [model]
+    if names:
+        points, index = np.unique(np.stack([at[n] for n in names]), axis=1, return_inverse=True)
+        each = [model.with_values(dict(zip(names, point, strict=True))) for point in points.T.tolist()]
+    hits, factor, deflection, loaded = np.array(list(map(_limits_of, each))).T[:, index.ravel(), None]
     found = np.where(loaded, motions["dynamic_factor"], 0.0)
     beyond = TeethLimits(deflection, factor).exceeded(found, motions["deflection"])
     severity = np.where(beyond, BEYOND_CODE, separated(motions["contact"] == 2, found > hits))
@@ -58,18 +63,9 @@ def _worst(severity: np.ndarray) -> np.ndarray:
     return np.where(borne > 0, borne, severity.max(axis=1))
 
 
-def _limits(model: MeshModel, at: Mapping[str, np.ndarray]) -> np.ndarray:
-    """For cells (N,) the dynamic factor above which teeth hit, the factor and the deflection that they bear, and
-    whether there is a load, (4, N, 1)."""
-    names = [n for n in at if n not in ("speed", "omega")]  # on which nothing of this depends
-    if not names:
-        return np.array([_limits_of(model)]).T[:, :, None]
-    points, index = np.unique(np.stack([at[n] for n in names]), axis=1, return_inverse=True)
-    found = [_limits_of(model.with_values(dict(zip(names, point, strict=True)))) for point in points.T.tolist()]
-    return np.array(found).T[:, index.ravel(), None]
-
-
 def _limits_of(model: MeshModel) -> tuple[float, float, float, bool]:
+    """The dynamic factor above which teeth hit, the factor and the deflection that they bear, and whether there is a
+    load."""
     torque = model.value("torque")
     if not torque:
         return np.inf, np.inf, np.inf, False

@@ -196,8 +196,11 @@ def _trajectory(
     phase = share * model.period
     error, error_dot = (transmission_error(model, phase, derivative) for derivative in (0, 1))
     known = None
-    if x2 is not None:
-        known = (x2[:-1, None] + rotation_within_periods(batch, names, samples[..., :-1])).reshape(1, -1)
+    if x2 is not None:  # with its change since the start of the mesh period
+        flow = ExactFlow(switched_system(batch, (*names, "x2")), per_period)
+        w = np.concatenate([np.nan_to_num(samples[:, 0, :-1].T), np.zeros((1, periods))])
+        out = flow.advance(w, 1, points=np.zeros(periods, dtype=int), sample=True)
+        known = (x2[:-1, None] + out.samples[0, :, samples.shape[2] - 1].T).reshape(1, -1)
     physical = to_physical(batch, names, flat[None, :, :-1], tau[None], error, error_dot, known)
     values = {n: v[0] for n, v in physical.items()}
     contact = np.nan_to_num(flat[:, -1]).astype(np.int8)
@@ -263,12 +266,3 @@ def rotation_at_sections(
     tau = np.arange(len(sections) + 1) * flow.system.period[points, None]
     decay = velocity[:, None] * tau * hyp1f1(1, 2, -rotation_decay(batch)[:, None] * tau)
     return x1 + decay - relative_rotation(names, np.moveaxis(states, 1, 2), error).T
-
-
-def rotation_within_periods(batch: Batch, names: tuple[str, ...], samples: np.ndarray) -> np.ndarray:
-    """The change of x2 (N, M) since the start of the mesh period, at M samples (N, M, d) of each of N periods."""
-    periods, count, d = samples.shape
-    first = np.nan_to_num(samples[:, 0].T)
-    flow = ExactFlow(switched_system(batch, (*names, "x2")), count)
-    w = np.concatenate([first, np.zeros((1, periods))])
-    return flow.advance(w, 1, points=np.zeros(periods, dtype=int), sample=True).samples[0, :, d].T

@@ -134,10 +134,20 @@ class _Stored(NamedTuple):
 @lru_cache(maxsize=4096)
 def _stored(front: float, stiffness: float, load: float, ratio: float, excess: float) -> _Stored:
     """The states of a mesh after a change of the load; the force before exceeded it by a share ``excess`` at most."""
+    def beyond(force: float) -> float:  # the flank on which this force presses: k y²/2 − force (front + y) = energy
+        root = force**2 + 2 * stiffness * (energy + force * front)
+        return float((force + np.sqrt(max(0.0, root))) / stiffness)
+
     rest = -load * front - load**2 / (2 * stiffness)
     energy = rest + (math.sqrt(max(0.0, stored_energy(front, stiffness, load, ratio) - rest))
                      + excess * load / math.sqrt(2 * stiffness)) ** 2
-    low, high = _ends(front, stiffness, load, energy)
+    high = front + beyond(load)  # the ends of the motion, where it has no velocity
+    if energy >= load * front:
+        low = -front - beyond(-load)
+    elif energy >= -load * front:
+        low = -energy / load if load else -front
+    else:
+        low = front + 2 * load / stiffness - (high - front)
     angle = np.linspace(0, np.pi, _ANGLES)
     x = (low + high) / 2 - (high - low) / 2 * np.cos(angle)
     velocity = np.sqrt(np.maximum(0.0, 2 * (energy + load * x - _strain(x, front, stiffness))))
@@ -164,20 +174,6 @@ def stored_energy(front: float, stiffness: float, load: float, ratio: float) -> 
 def _strain(x: Any, front: float, stiffness: float) -> Any:
     """The energy of the spring at displacements."""
     return stiffness / 2 * np.maximum(0.0, np.abs(x) - front) ** 2
-
-
-def _ends(front: float, stiffness: float, load: float, energy: float) -> tuple[float, float]:
-    """The least and the largest displacement under a load with an energy: those without velocity."""
-    def beyond(force: float) -> float:  # the flank on which this force presses: k y²/2 − force (front + y) = energy
-        root = force**2 + 2 * stiffness * (energy + force * front)
-        return float((force + np.sqrt(max(0.0, root))) / stiffness)
-
-    high = front + beyond(load)
-    if energy >= load * front:
-        return -front - beyond(-load), high
-    if energy >= -load * front:
-        return (-energy / load if load else -front), high
-    return front + 2 * load / stiffness - (high - front), high
 
 
 def wide_states(

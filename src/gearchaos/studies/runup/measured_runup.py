@@ -72,7 +72,12 @@ class MeasuredSignal:
         computed one."""
         order = computed["order"].values
         spectra, mean = order_spectra(self.force, self.speed, self.rate, round(1 / order[1]), len(order))
-        ways = _directions(mean)
+        last, least = int(np.argmax(mean)), _REVERSAL * np.ptp(mean)
+        ways = {"up": slice(last + 1), "down": slice(last + 1, None)}
+        if mean[last] - mean[-1] <= least:  # a run-up alone
+            ways = {"up": slice(None)}
+        elif mean[last] - mean[0] <= least:
+            ways = {"down": slice(None)}
         gaps = [np.diff(np.sort(mean[part])).max(initial=0.0) for part in ways.values()]
         step = max(*gaps, float(np.ptp(computed["speed"].values)) / computed.sizes["speed"]) or 1.0
         centres = mean.min() + step * np.arange(round(np.ptp(mean) / step) + 1)
@@ -94,16 +99,6 @@ def _dataset(ways: list[str], speeds: np.ndarray, orders: np.ndarray, force: np.
     data["order_force"].attrs["units"] = "N"
     coords = {"direction": np.array(ways), "speed": speeds, "order": orders}
     return new_dataset(data, {n: variable(n, (n,), v) for n, v in coords.items()}, {})
-
-
-def _directions(speed: np.ndarray) -> dict[str, slice]:
-    """The windows of the run-up and of the run-down, of which there may be one alone, by their mean speeds."""
-    last, least = int(np.argmax(speed)), _REVERSAL * np.ptp(speed)
-    if speed[last] - speed[-1] <= least:
-        return {"up": slice(None)}
-    if speed[last] - speed[0] <= least:
-        return {"down": slice(None)}
-    return {"up": slice(last + 1), "down": slice(last + 1, None)}
 
 
 def measured_runup(

@@ -104,8 +104,12 @@ def find_event(
             family, cycle = find_cycle(
                 model.with_values({name: float(x[0, 0]) for name, x in start.items()}), ("speed",), None, None,
                 names=names)
-        except InputError:  # no periodic motion
-            if _stays(family, w, mesh, jump.before):
+        except InputError:  # no periodic motion; does it go on at constant speed with about this dynamic factor?
+            flow = family.exact_flow(family.start[None])
+            later = flow.advance(flow.advance(w[:, None].copy(), _LATER).w, _LATER, measured=True)
+            own = of_meshes(later.measures)[mesh, [Measure.FORCE_MAX, Measure.FORCE_MIN], 0]
+            factor = np.abs(own).max() / abs(flow.system.static_force[0, mesh])
+            if 1 / _JUMP < factor / jump.before < _JUMP:
                 break
             continue
         if np.abs(cycle.points - w).max(axis=1).min() > _SAME * max(1.0, float(np.abs(w).max())):
@@ -136,15 +140,6 @@ def _after_doublings(family: ParameterFamily, event: Event, bounds: tuple[float,
             break
         event = following
     return event
-
-
-def _stays(family: ParameterFamily, w: np.ndarray, mesh: int, factor: float) -> bool:
-    """Whether the motion from a state (d,) at constant speed goes on with about this dynamic factor."""
-    flow = family.exact_flow(family.start[None])
-    later = flow.advance(flow.advance(w[:, None].copy(), _LATER).w, _LATER, measured=True)
-    own = of_meshes(later.measures)[mesh, :, 0]
-    largest = np.abs(own[[Measure.FORCE_MAX, Measure.FORCE_MIN]]).max() / abs(flow.system.static_force[0, mesh])
-    return bool(1 / _JUMP < largest / factor < _JUMP)
 
 
 def response_peaks(factor: np.ndarray) -> list[int]:

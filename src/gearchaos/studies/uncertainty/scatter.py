@@ -321,9 +321,9 @@ class Scatter(ClassifyingStudy):
             of_changes = {n: np.zeros_like(v) for n, v in found.items()}
             for name, values in changed.items():
                 of_changes[name][cells] = values
-            for after, values in zip(self._classes, (found, of_changes), strict=False):
+            for after, results in zip(self._classes, (found, of_changes), strict=False):
                 for each in ("label", "contact", "excess", "beyond"):
-                    out[f"{each}{after}"][at] = values[each].reshape(len(keys), -1)
+                    out[f"{each}{after}"][at] = results[each].reshape(len(keys), -1)
         return {n: v.reshape(-1) for n, v in out.items()}
 
     @property
@@ -351,7 +351,12 @@ class Scatter(ClassifyingStudy):
         if not results.possible.any():
             raise InputError("vary", "must leave some designs possible", ", ".join(each.name for each in self.inputs),
                              self._why(results))
-        attributes = {"indices_refused": self._why_no_indices(results), "impossible_because": self._why(results)}
+        refused = "" if self.indices else "they were not asked for"
+        if self.correlations:
+            refused = "they are not defined for correlated inputs"
+        elif self.indices and not results.possible.all():
+            refused = "they are not defined where some designs are not possible: narrow the distributions"
+        attributes = {"indices_refused": refused, "impossible_because": self._why(results)}
         coords |= results.coordinates()
         return new_dataset(data, coords, {**self.provenance(**self.recorded), **attributes})
 
@@ -363,13 +368,6 @@ class Scatter(ClassifyingStudy):
             "no repetition": np.isin(found["label"], (Label.CHAOTIC, Label.QUASI_PERIODIC)),
             "force over limit": (found["excess"] > self.factor) | beyond, BEYOND: beyond}
         return np.stack([outcomes[n] for n in OUTCOMES])
-
-    def _why_no_indices(self, results: ScatterResults) -> str:
-        if self.correlations:
-            return "they are not defined for correlated inputs"
-        if self.indices and not results.possible.all():
-            return "they are not defined where some designs are not possible: narrow the distributions"
-        return "" if self.indices else "they were not asked for"
 
     def _why(self, results: ScatterResults) -> str:
         """Why designs are not possible, the most frequent reason first."""

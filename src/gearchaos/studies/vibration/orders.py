@@ -244,8 +244,13 @@ class Orders(ClassifyingStudy, MeshStudy):
         coords = {"order": order, "quefrency": np.linspace(0.0, found.turns / 2, len(order)),
                   "modulation_order": np.arange(1, len(found.modulation) + 1) / found.turns}
         shown = np.append(1.0, np.full(len(order) - 1, math.sqrt(0.5) if self.rms else 1.0))
-        line, ratio = self._named(found)
-        values = {name: found.amplitude * shown, "line": line, "sideband_ratio": ratio}
+        line, ratio = np.full(len(order), "", object), np.full(len(order), np.nan)
+        for k in found.strongest(self._mesh_line(found.turns)):  # of sidebands the ratio to their mesh harmonic
+            line[k], carrier = self._wheels.name(Fraction(k, found.turns), found.repeats)
+            at = None if carrier is None else round(carrier * found.turns)
+            if at is not None and at < len(ratio) and found.amplitude[at] > FLOOR * found.amplitude[1:].max():
+                ratio[k] = found.amplitude[k] / found.amplitude[at]
+        values = {name: found.amplitude * shown, "line": line.astype(str), "sideband_ratio": ratio}
         window = f"Hann, {2 * _WINDOWS - 1} windows of {found.turns} turns that overlap by half"
         attrs = {"amplitude": "rms" if self.rms else "peak", "carrier": found.carrier / found.turns,
                  "motion": found.motion, "window": f"none, {found.turns} turns" if found.repeats else window,
@@ -266,17 +271,6 @@ class Orders(ClassifyingStudy, MeshStudy):
         frequency = variable("order_frequency", ("order",), order * speed / 60)
         return new_dataset(data, {**{n: variable(n, (n,), v) for n, v in coords.items()}, "order_frequency": frequency,
                                   **self._mesh_coordinate}, {**self.provenance(**settings), **attrs})
-
-    def _named(self, found: _Spectrum) -> tuple[np.ndarray, np.ndarray]:
-        """The names of the strongest lines, and of sidebands among them the ratios to their mesh harmonics, (O,)."""
-        names, ratio = np.full(len(found.amplitude), "", object), np.full(len(found.amplitude), np.nan)
-        least = FLOOR * found.amplitude[1:].max()
-        for k in found.strongest(self._mesh_line(found.turns)):
-            names[k], carrier = self._wheels.name(Fraction(k, found.turns), found.repeats)
-            at = None if carrier is None else round(carrier * found.turns)
-            if at is not None and at < len(ratio) and found.amplitude[at] > least:
-                ratio[k] = found.amplitude[k] / found.amplitude[at]
-        return names.astype(str), ratio
 
     def _record(self) -> tuple[str, int, int, np.ndarray]:
         """The kind of the steady motion, the periods after which it repeats, 0 if it does not, those in a window, and

@@ -139,31 +139,23 @@ class Rattle(ClassifyingStudy, WholeStudy):
 
     def _onsets(self, permanent: np.ndarray) -> list[tuple[float, float, str]]:
         """Value, linear value and mesh of each change between two values of the axis, from (count, K)."""
-        out = []
+        def stays(values: np.ndarray) -> np.ndarray:
+            problem = initial_value_problems(self.model, {self.axis.name: values})
+            found = classify(problem.flow, problem.w, settings=self.classification)
+            return found.meshes.mesh_contact == _PERMANENT
+
+        out, values, below = [], self.axis.values, self._excitation(self.axis.values) < 1
         for m, name in enumerate(self.model.mesh_names):
             if self.mesh not in (None, name):
                 continue
+            vanishes = np.flatnonzero(below[1:, m] != below[:-1, m])  # where the linear deflection begins to
             for i in np.flatnonzero(permanent[1:, m] != permanent[:-1, m]).tolist():
-                ends = self.axis.values[i], self.axis.values[i + 1]
-                real = _first_change(lambda v, m=m: self._permanent(v)[:, m], *ends)
-                linear = _first_change(lambda v, m=m: self._excitation(v)[:, m] < 1, *self._linear_ends(m, ends))
+                real = _first_change(lambda v, m=m: stays(v)[:, m], values[i], values[i + 1])
+                nearest = i if not len(vanishes) else int(vanishes[np.argmin(np.abs(values[vanishes] - values[i]))])
+                linear = _first_change(lambda v, m=m: self._excitation(v)[:, m] < 1, values[nearest],
+                                       values[nearest + 1])
                 out.append((real, linear, name))
         return out
-
-    def _linear_ends(self, m: int, ends: tuple[float, float]) -> tuple[float, float]:
-        """The values of the axis nearest to both ends between which the linear deflection begins to vanish."""
-        below = self._excitation(self.axis.values)[:, m] < 1
-        changes = np.flatnonzero(below[1:] != below[:-1])
-        if not len(changes):
-            return ends
-        i = int(changes[np.argmin(np.abs(self.axis.values[changes] - ends[0]))])
-        return self.axis.values[i], self.axis.values[i + 1]
-
-    def _permanent(self, values: np.ndarray) -> np.ndarray:
-        """Whether each mesh stays in contact from rest at values (V,) of the axis, (V, K)."""
-        problem = initial_value_problems(self.model, {self.axis.name: values})
-        found = classify(problem.flow, problem.w, settings=self.classification)
-        return found.meshes.mesh_contact == _PERMANENT
 
     def _excitation(self, values: np.ndarray) -> np.ndarray:
         """The largest fall of the linear deflection of each mesh below its mean, over that, at values (V,), (V, K)."""

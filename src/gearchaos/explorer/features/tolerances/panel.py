@@ -50,7 +50,11 @@ class CloudFigure(Panel):
         self._set(self.own, data={"x": [own], "y": [found.factor]} if known else {"x": [], "y": []})
         self._limit(_ends(x, own), _ends(y, found.factor))
         over = " / quasi-static ratio" * (scatter_document(ds)["force_over"] == QUASI_STATIC)
-        self._label(_words(ds, number), f"dynamic factor{over}")
+        name, unit, items = str(ds["varied"].values[number]), str(ds["varied_unit"].values[number]), _items(ds, number)
+        words = f"{name} [{unit}]" if unit else name
+        if items and not isinstance(items[0], float):
+            words = f"{name}: " + ", ".join(f"{n} {each}" for n, each in enumerate(items, 1))
+        self._label(words, f"dynamic factor{over}")
 
 
 def most_followed(ds: xr.Dataset) -> int:
@@ -80,14 +84,6 @@ def _shown(ds: xr.Dataset, number: int) -> np.ndarray:
         return values
     shown = items if all(isinstance(each, float) for each in items) else range(1, len(items) + 1)
     return np.array(list(shown), float)[values.astype(int)]
-
-
-def _words(ds: xr.Dataset, number: int) -> str:
-    """The label of the axis of an input."""
-    name, unit, items = str(ds["varied"].values[number]), str(ds["varied_unit"].values[number]), _items(ds, number)
-    if items and not isinstance(items[0], float):
-        return f"{name}: " + ", ".join(f"{n} {each}" for n, each in enumerate(items, 1))
-    return f"{name} [{unit}]" if unit else name
 
 
 def _ends(values: np.ndarray, own: float | None) -> tuple[float, float]:
