@@ -46,8 +46,8 @@ class End(NamedTuple):
 
 
 class Path(NamedTuple):
-    """That of an orbit through a state w (d,), with a period in mesh periods, from one value of a parameter to another
-    at ``fixed`` values of others, as long as it ``holds``: of orbits, for the one with an index."""
+    """The path of an orbit through a state w (d,) from one value of a parameter to another, at ``fixed`` values of
+    others. The period is in mesh periods. It ends where ``holds``, of orbits and the index of this one, is false."""
 
     fixed: Mapping[str, float]
     start: float
@@ -59,9 +59,9 @@ class Path(NamedTuple):
 
 @dataclass
 class Orbits:
-    """L orbits: states (d, L), multipliers (L, d), whether each is found and stable, (L,), its response, contact states
-    of the K meshes (L, K), largest compressions and deflections of the first mesh, (L,), and whether each has a shorter
-    period than the motion that it is to continue."""
+    """L orbits: states (d, L), multipliers (L, d), contact states of the K meshes (L, K). All else is (L,): whether
+    each is found and stable, the response, compression and deflection of its first mesh, and whether its period is
+    shorter than that of the motion before."""
 
     w: np.ndarray
     multipliers: np.ndarray
@@ -134,11 +134,10 @@ class Follower:
         return found, there
 
     def ends(self, paths: Sequence[Path]) -> list[tuple[End, np.ndarray]]:
-        """Where each of K orbits ends on its path, is no longer stable, or of another kind, and the state of the last
-        one that goes on.
+        """Where each of K orbits ends on its path, loses its stability or becomes another kind; and its last state.
 
-        At the end of the path there is no event. The path is bisected again from where an orbit was lost without an
-        event: the steps were too long.
+        At the end of the path there is no event. Where an orbit was lost without an event the steps were too long, and
+        the path is bisected again from there.
         """
         if not paths:
             return []

@@ -112,24 +112,21 @@ def write_block(store: Store, block: int) -> list[int]:
     if damaged:
         store.objects.delete([store.tile(tile) for tile in damaged])
         return damaged
+    def write(name: str) -> tuple[int, int]:  # the results in one array, as zarr encodes them; size and CRC-32
+        written: dict[str, Any] = {}
+        store.create_array(zarr.storage.MemoryStore(written), name)[region] = values.pop(name)
+        content = written[store.shard(name, block)].to_bytes()
+        store.objects.put(store.shard(name, block), content)
+        return len(content), zlib.crc32(content)
+
     with ThreadPoolExecutor(_THREADS) as threads:
-        shards = list(threads.map(lambda name: _write_shard(store, name, block, values.pop(name)), store.arrays))
+        shards = list(threads.map(write, store.arrays))
     store.objects.keep([store.shard(name, block) for name in store.arrays])
     written = {"shards": dict(zip(store.arrays, shards, strict=True)), "tiles": [list(astuple(r)) for r in records]}
     store.objects.put(f"{BLOCKS}/{block}", with_checksum(json.dumps(written).encode()), durable=True)
     store.objects.keep([f"{BLOCKS}/{block}"])
     store.objects.delete([store.tile(tile) for tile in tiles])
     return []
-
-
-def _write_shard(store: Store, name: str, block: int, values: np.ndarray) -> tuple[int, int]:
-    """Write the results of a block in one array, as zarr encodes them; size and CRC-32 of the shard."""
-    written: dict[str, Any] = {}
-    shard = store.shard(name, block)
-    store.create_array(zarr.storage.MemoryStore(written), name)[store.grid.block_region(block)] = values
-    content = written[shard].to_bytes()
-    store.objects.put(shard, content)
-    return len(content), zlib.crc32(content)
 
 
 def damaged_shards(store: Store, block: int) -> list[str]:

@@ -329,11 +329,6 @@ def main(niceness: int) -> None:
     os._exit(0)  # without waiting for threads that still compute
 
 
-def _lower_priority(niceness: int) -> None:
-    if niceness and hasattr(os, "nice"):
-        os.nice(niceness)
-
-
 class _Requests:
     """Answers requests in order. A second thread reads them, so that a step under way can be cancelled."""
 
@@ -360,7 +355,8 @@ class _Requests:
 
     def serve(self, niceness: int) -> None:
         """Answer one request after the other. On Linux a thread has its own priority, as have those that it starts."""
-        patient = ThreadPoolExecutor(1, initializer=_lower_priority, initargs=(niceness,))
+        lower = partial(os.nice, niceness) if niceness and hasattr(os, "nice") else None
+        patient = ThreadPoolExecutor(1, initializer=lower)
         while True:
             action, number, function = self._waiting.get()
             try:

@@ -60,10 +60,10 @@ class Fit(WholeStudy):
     Notes
     -----
     The damping ratio is k/(2 m ω0); phases of the error are kept. A residual is (computed − measured)/σ. A relative
-    uncertainty is one of the mean of both, so that noise in proportion leaves no bias to its first order. Intervals
-    are those of the linearised problem, s² (JᵀJ)⁻¹ and Student's t, with s² from the residuals, at least 1 where an
-    uncertainty is given, within the bounds. J is made of central
-    differences on orbits that Newton's method has converged to rounding.
+    uncertainty is one of the mean of both, so that noise in proportion leaves no bias to its first order. Intervals are
+    those of the linearised problem, s² (JᵀJ)⁻¹ and Student's t, within the bounds. s² is that of the residuals, at
+    least 1 where an uncertainty is given. J is made of central differences on orbits that Newton's method has converged
+    to rounding.
 
     Examples
     --------

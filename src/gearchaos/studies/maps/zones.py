@@ -328,8 +328,20 @@ class _Coexistence:
 
     def _from_sweeps(self) -> dict[str, np.ndarray]:
         """`Zones.distinguished` of the motions after slow sweeps along x, upwards and downwards; arrays (N, 2)."""
-        up, down = (self._sweep_rows(upwards) for upwards in (True, False))
-        base, count = replace(self.study.model, initial={}), len(self.cells)
+        x, y, swept = self.study.x, self.study.y, []
+        values = y.values[self.cells[:: x.count] // x.count]
+        for upwards in (True, False):  # side by side, one for each row
+            found = dict[str, np.ndarray]()
+            for rows, reached in tiles.run(
+                lambda rows, upwards=upwards: swept_initial_values(
+                    self.study.model, x, upwards, {y.name: values[rows]}),
+                tiles.split(len(values), self.largest), threads=self.threads,
+                progress=f"sweeps {'up' if upwards else 'down'}" if self.progress else None,
+            ):
+                for name, value in reached.items():
+                    found.setdefault(name, np.empty((len(values), x.count)))[rows] = value
+            swept.append({n: v.ravel() for n, v in found.items()})
+        (up, down), base, count = swept, replace(self.study.model, initial={}), len(self.cells)
 
         def initial_states(number: np.ndarray) -> Motions:
             direction, position = np.divmod(number, count)
@@ -338,19 +350,6 @@ class _Coexistence:
 
         numbers = np.concatenate([self.order, self.order.astype(np.int64) + count])
         return {n: v.reshape(2, -1).T for n, v in self._classified(initial_states, numbers, "swept").items()}
-
-    def _sweep_rows(self, upwards: bool) -> dict[str, np.ndarray]:
-        """Initial values (N,) by name with which sweeps along x, one for each row, reach the cells."""
-        x, y, out = self.study.x, self.study.y, dict[str, np.ndarray]()
-        values = y.values[self.cells[:: x.count] // x.count]
-        for rows, reached in tiles.run(
-            lambda rows: swept_initial_values(self.study.model, x, upwards, {y.name: values[rows]}),
-            tiles.split(len(values), self.largest), threads=self.threads,
-            progress=f"sweeps {'up' if upwards else 'down'}" if self.progress else None,
-        ):
-            for name, value in reached.items():
-                out.setdefault(name, np.empty((len(values), x.count)))[rows] = value
-        return {n: v.ravel() for n, v in out.items()}
 
     def _classified(self, initial_states: InitialStates, order: np.ndarray, name: str) -> dict[str, np.ndarray]:
         """`Zones.distinguished` of the motions with the numbers ``order``; arrays by name."""

@@ -70,14 +70,14 @@ class Motion:
 
 
 class Request(NamedTuple):
-    """Motions to be classified, from states w (d, L) at speeds (L,): ``brief`` ones for `_BRIEF` periods at most,
-    ``random`` ones from random states. One that reaches an orbit ``known`` at its speed is that motion."""
+    """Motions to be classified, from states w (d, L) at speeds (L,). A chaotic one is followed for `_BRIEF` periods at
+    most if they are ``brief``. One that reaches an orbit ``known`` at its speed is that motion."""
 
     torque: float | None  # that of the model for None
     speed: np.ndarray
     w: np.ndarray
     brief: bool = False
-    random: bool = False
+    random: bool = False  # whether from random states
     known: Mapping[float, Sequence[Motion]] = MappingProxyType({})
 
 
@@ -264,8 +264,8 @@ class FollowedMotions:
         return [s for s in speeds if all(m.period for m in self.at[s] if severity(m))]
 
     def _draw_in_ranges(self, severity: Severity, starts: int, seed: int) -> Search[None]:
-        """Add random states to each range to be avoided: at speeds throughout one that has fewer than ``starts``, and
-        than 64, and as many as elsewhere at the speeds next to its ends, beyond which another motion may reach."""
+        """Add random states to each range to be avoided: at speeds throughout it if it has fewer than ``starts`` and
+        than 64, and as many as elsewhere next to its ends. Another motion may reach beyond these."""
         chosen, ends, least = list[float](), set[float](), min(starts, _FEWER**2)
         for run in runs(self.ranks(severity)):
             inside = [self.speeds[i] for i in run]
@@ -294,8 +294,8 @@ class FollowedMotions:
         return [[*each.values()] for each in met.values()]
 
     def ranks(self, severity: Severity) -> list[int]:
-        """How strongly each speed is to be avoided: 0, the severity of motions that operation does not meet, or above
-        all of these that of one that operation meets."""
+        """How strongly each speed is to be avoided: the largest severity of its motions; where operation meets one to
+        avoid, `MOST_SEVERE` and the severity of that."""
         met = [max(map(severity, motions)) for motions in self.operation()]
         return [MOST_SEVERE + own if own else max(map(severity, self.at[s]))
                 for own, s in zip(met, self.speeds, strict=True)]

@@ -294,7 +294,7 @@ class _CoveringSearch:
 
 
 def _returns(coordinates: np.ndarray, period: int) -> list[tuple[int, int, int]]:
-    """(length, first mesh period, lane) of the first return of each lane to home at which a neighbour passes a = 0.
+    """The first return of each lane to home at which a neighbour passes a = 0: length, first mesh period, lane.
 
     ``coordinates`` are those of paths, (periods + 1, N, 2).
     """

@@ -86,13 +86,13 @@ def find_jumps(results: RunResults, cycles: int, changing: Sequence[np.ndarray])
 def find_event(
     jump: Jump, earliest: int, mesh: int, before: Callable[[int], tuple[Any, np.ndarray, tuple[str, ...]]]
 ) -> tuple[str, float]:
-    """The kind and the speed of the event that ends the branch of the motion before a jump; in place of the kind why
-    there is none, with NaN.
+    """The kind and the speed of the event that ends the branch of the motion before a jump; where there is none, why
+    and NaN.
 
     ``before`` gives for a period the model at its speed and torque, the state (d,) at its start, and the names of that.
-    A run passes the end of a branch before it jumps. So the motion is taken ever earlier, but not before the period
-    ``earliest``, of a jump soon after it a width before the jump, until it is on a branch; unless it is not periodic
-    but stays as large as it was, by the force of the ``mesh`` with this number.
+    A run passes the end of a branch before it jumps. So the motion is taken ever earlier until it is on a branch, but
+    not before the period ``earliest``; soon after that, once, a width before the jump. The search ends at a motion
+    without a period that stays as large as it was, by the force of the ``mesh`` with this number.
     """
     why, periods = NOT_PERIODIC, [jump.period - jump.width * widths for widths in _EARLIER]
     known = [period for period in periods if period >= earliest]

@@ -45,8 +45,8 @@ _MOST_RETURNS = 4  # times that the search goes on from motions that were lost
 
 @dataclass
 class AtTorque:
-    """The motions of gears at one torque, None for that of the model, the quasi-static ratio, NaN for a train, and what
-    the teeth bear."""
+    """The motions of gears at one torque, and what the teeth bear. ``ratio`` is the quasi-static one, NaN for a
+    train."""
 
     criteria: Criteria
     motions: FollowedMotions
@@ -71,8 +71,8 @@ class AtTorque:
                    np.inf if criteria.root_stress is None or root is None else criteria.root_stress / root)
 
     def hits(self, dynamic_factor: float) -> bool:
-        """Whether a force is no small one: above a limit that is given, or without one above twice the static force,
-        that of a load put on at once."""
+        """Whether a force is above the limit that is given, or without one above that of a load put on at once, twice
+        the static force."""
         limit = self._given if np.isfinite(self._given) else SUDDEN * np.nan_to_num(self.ratio, nan=1.0)
         return bool(dynamic_factor > limit)
 
@@ -100,8 +100,8 @@ class AtTorque:
     def brackets(self) -> list[Bracket]:
         """The edges between neighbouring speeds of different ranks.
 
-        A motion that operation meets at one of them, and that is there at the other after a load change, does not end
-        between: operation comes to another one, and the edge is known as well as the speeds are apart.
+        A motion met in operation at one of them may remain at the other after a load change alone. It does not end
+        between them: operation comes to another motion, and the edge is known as well as the speeds are apart.
         """
         out, speeds, found = [], self.motions.speeds, self.motions.ranks(self.severity)
         met = self.motions.operation()
@@ -139,8 +139,10 @@ def severity_of(rank: int) -> int:
 
 @dataclass(frozen=True)
 class SpeedSearch:
-    """A search of the speeds to avoid at several torques, None for that of the model, as work that has a price: all of
-    it, or a trial at a number of its speeds alone."""
+    """A search of the speeds to avoid at several torques, None for that of the model, as work that has a price.
+
+    A ``trial`` computes a number of its speeds alone.
+    """
 
     model: MeshModel
     axis: Axis

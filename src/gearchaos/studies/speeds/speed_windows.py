@@ -62,11 +62,10 @@ class Reached:
 
 @dataclass(frozen=True)
 class RandomStates:
-    """The share ``fraction`` of the states after a load change, or of other random initial states, that lead to a
-    motion to avoid, at the ``speeds`` of a range at which there were such ``states``, and its 95 % interval. ``motion``
-    is the word of `MOTIONS` for what they are after.
+    """The ``fraction`` of random states in a range that lead to a motion to avoid, with its 95 % interval.
 
-    Each speed counts by its `weights_of`, so that the interval is that of Clopper and Pearson for as many states as
+    There were ``states`` in all, at ``speeds`` of the range; ``motion`` is the word of `MOTIONS` for what they are
+    after. Each speed counts by its `weights_of`. The interval is that of Clopper and Pearson for as many states as
     count alike.
     """
 

@@ -70,8 +70,8 @@ def uncertain_inputs(gears: Any) -> tuple[str, ...]:
 
 
 def with_varied_deviations(model: MeshModel, names: Sequence[str]) -> MeshModel:
-    """A model of gears that have deviations within their grade if those of both wheels are varied, in place of those
-    that are typical of it; raises `InputError` if only one is, and none of the other is known."""
+    """The model of gears with deviations within their grade, instead of typical ones, if those of both wheels are
+    varied. Raises `InputError` if only one is, and the other is not known."""
     gears: Any = gears_of(model)
     quality, varied = getattr(gears, "quality", None), [n for n in (1, 2) if f"{DEVIATIONS}.{n}" in names]
     if quality is None or quality.deviations is not None or not varied:
@@ -214,8 +214,7 @@ def _replaced(value: Any, path: Sequence[str], new: Any) -> Any:
 
 
 class Machine(NamedTuple):
-    """A sample at one torque: its model, the peak of the mesh force over the static one at no speed, and what its teeth
-    bear."""
+    """A sample at one torque: its model, `quasi_static_ratio`, NaN without a static load, and what its teeth bear."""
 
     model: MeshModel
     quasi_static: float

@@ -104,10 +104,9 @@ class ScatteredMotions:
         return self.models.motions(self.machines, machine, self.speeds[speed])
 
     def _carried(self, found: Results) -> tuple[np.ndarray, np.ndarray]:
-        """The cells (L,) in which contact was kept and to which one that lost it is carried, with its states (d, L).
+        """The cells (L,) with contact to which a motion that lost it is carried, and its states there (d, L).
 
-        Motions without contact go on from speed to speed, rising and falling, as far as they lose it. One in permanent
-        contact is followed by that in permanent contact, where there is one."""
+        Such a motion goes on from speed to speed, rising and falling, as long as it loses contact."""
         count, w, is_lost = len(self.speeds), found["w"].T, lost(found)
         begins, first = is_lost & (found["label"] != Label.DIVERGED), np.arange(0, len(is_lost), count)
         cells, step = np.concatenate([first, first + count - 1]), np.repeat([1, -1], len(first))
