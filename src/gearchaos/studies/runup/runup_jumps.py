@@ -107,8 +107,8 @@ def find_event(
         except InputError:  # no periodic motion; does it go on at constant speed with about this dynamic factor?
             flow = family.exact_flow(family.start[None])
             later = flow.advance(flow.advance(w[:, None].copy(), _LATER).w, _LATER, measured=True)
-            own = of_meshes(later.measures)[mesh, [Measure.FORCE_MAX, Measure.FORCE_MIN], 0]
-            factor = np.abs(own).max() / abs(flow.system.static_force[0, mesh])
+            ends = of_meshes(later.measures)[mesh, [Measure.FORCE_MAX, Measure.FORCE_MIN], 0]
+            factor = np.abs(ends).max() / abs(flow.system.static_force[0, mesh])
             if 1 / _JUMP < factor / jump.before < _JUMP:
                 break
             continue

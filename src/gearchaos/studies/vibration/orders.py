@@ -259,9 +259,9 @@ class Orders(ClassifyingStudy, MeshStudy):
             other, amplitude = self._other._spectrum(), np.zeros(len(order))  # 0 where the other has no line
             units = [unit_of(name, cast(Any, each).gears.to_pair().scales) for each in (self.against, self.model)]
             factor = units[0][0] / units[1][0] if units[0] and units[1] else 1.0
-            k = np.arange(len(other.amplitude)) * found.turns
-            own = (k % other.turns == 0) & (k < len(order) * other.turns)
-            amplitude[k[own] // other.turns] = factor * other.amplitude[own]
+            lines = np.arange(len(other.amplitude)) * found.turns
+            own = (lines % other.turns == 0) & (lines < len(order) * other.turns)
+            amplitude[lines[own] // other.turns] = factor * other.amplitude[own]
             values[f"against_{name}"] = amplitude * shown
             attrs["against"] = model_json(self.against)
         data = variables(("order",), values)
