@@ -330,12 +330,13 @@ class _Coexistence:
         """`Zones.distinguished` of the motions after slow sweeps along x, upwards and downwards; arrays (N, 2)."""
         x, y, swept = self.study.x, self.study.y, []
         values = y.values[self.cells[:: x.count] // x.count]
-        for upwards in (True, False):  # side by side, one for each row
+        for upwards in (True, False):
+            def sweep(rows: slice, upwards: bool = upwards) -> dict[str, np.ndarray]:
+                return swept_initial_values(self.study.model, x, upwards, {y.name: values[rows]})
+
             found = dict[str, np.ndarray]()
             for rows, reached in tiles.run(
-                lambda rows, upwards=upwards: swept_initial_values(
-                    self.study.model, x, upwards, {y.name: values[rows]}),
-                tiles.split(len(values), self.largest), threads=self.threads,
+                sweep, tiles.split(len(values), self.largest), threads=self.threads,
                 progress=f"sweeps {'up' if upwards else 'down'}" if self.progress else None,
             ):
                 for name, value in reached.items():

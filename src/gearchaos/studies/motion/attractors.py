@@ -170,14 +170,15 @@ class Attractors(AttractorStudy):
             reached = vary(replace(self.model, initial={}), {n: np.array([up[n][0, -1], down[n][0, 0]]) for n in up})
             w = initial_state(reached, self.flow.system).T
             ends = attractors.find(w, settings=settings, threads=threads)
-        rank, shares = attractors.ranks(), proportion(
-            [a.count for a in attractors.ordered], int(np.sum(found["label"] > 0)))
+        rank = attractors.ranks()
+        shares = proportion([a.count for a in attractors.ordered], int(np.sum(found["label"] > 0)))
+        names = ("attractor_fraction", "attractor_fraction_lo", "attractor_fraction_hi")
         swept = zip(("up", "down"), ends, strict=False)
         data = {
             "attractor": variable("attractor", ("start",), attractors.numbers(index, found["label"])),
             **{f"attractor_{n}": variable("attractor", (), rank[i]) for n, i in swept},
-            **attractors.variables(settings), **{f"attractor_fraction{end}": variable(
-                f"attractor_fraction{end}", ("number",), v) for end, v in zip(("", "_lo", "_hi"), shares, strict=True)},
+            **attractors.variables(settings),
+            **{n: variable(n, ("number",), v) for n, v in zip(names, shares, strict=True)},
             **(_kicks(attractors, self.kicks, progress, settings=settings, threads=threads) if self.kicks else {}),
             **{f"start_{n}": variable(n, ("start",), v) for n, v in self._starts.items()},
         }

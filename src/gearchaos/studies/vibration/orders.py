@@ -22,7 +22,7 @@ from gearchaos.gears.operation.operating import as_model
 from gearchaos.gears.operation.results import unit_of
 from gearchaos.model import MeshModel
 from gearchaos.model.coordinates import mesh_rotation
-from gearchaos.model.switched import Batch, SwitchedAffine
+from gearchaos.model.switched import SwitchedAffine
 from gearchaos.studies.core.cost import Cost
 from gearchaos.studies.core.declaration import function_of
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
@@ -283,7 +283,16 @@ class Orders(ClassifyingStudy, MeshStudy):
         window = self._window * longer if repeats else self._window
         flow, diverged = ExactFlow(start.flow.system, self._instants(repeats > 0)), label == Label.DIVERGED
         out = flow.advance(np.where(diverged, 0.0, verdict.w), repeats or _WINDOWS * window, sample=True)
-        signal = self._signal(start.batch, flow.system, out.samples[..., 0], repeats > 0)
+        system, samples = flow.system, out.samples[..., 0]  # (N, M, d + 1) of N periods
+        w, contacts = samples[..., :-1].reshape(-1, samples.shape[2] - 1), system.contacts
+        if self.quantity == "mesh force":
+            forces = force_by_motion(system, samples[..., :-1]) if repeats else None
+            signal = self._forces(system, samples) if forces is None else forces[:, self._at]
+        elif self.quantity == "deflection":
+            signal = w[:, 0] - 1 if contacts is None else w @ contacts.rows[self._at] - contacts.front[self._at]
+        else:
+            share = np.tile(np.arange(samples.shape[1]) / samples.shape[1], len(samples))
+            signal = mesh_rotation(start.batch, system.names, w, share, self._at)
         signal = np.tile(signal, window // repeats if repeats else 1)
         if diverged or out.status[0] != OK:
             return motion_name(Label.DIVERGED, 0), 0, window, np.full_like(signal, np.nan)
@@ -310,17 +319,6 @@ class Orders(ClassifyingStudy, MeshStudy):
     def _mesh_line(self, turns: int) -> int:
         """The line of the mesh that is looked at, in a window of this many turns."""
         return round(next(iter(self._wheels.meshes.values())) * turns)
-
-    def _signal(self, batch: Batch, system: SwitchedAffine, samples: np.ndarray, repeats: bool) -> np.ndarray:
-        """The mesh force, the deflection or the transmission error (N M,) at samples (N, M, d + 1) of N periods."""
-        if self.quantity == "mesh force":
-            found = force_by_motion(system, samples[..., :-1]) if repeats else None
-            return self._forces(system, samples) if found is None else found[:, self._at]
-        w, contacts = samples[..., :-1].reshape(-1, samples.shape[2] - 1), system.contacts
-        if self.quantity != "deflection":
-            share = np.tile(np.arange(samples.shape[1]) / samples.shape[1], len(samples))
-            return mesh_rotation(batch, system.names, w, share, self._at)
-        return w[:, 0] - 1 if contacts is None else w @ contacts.rows[self._at] - contacts.front[self._at]
 
 
 def force_by_motion(system: SwitchedAffine, samples: np.ndarray) -> np.ndarray | None:

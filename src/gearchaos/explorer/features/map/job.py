@@ -199,11 +199,6 @@ _FIRST_INTERVAL, _LAST_INTERVAL, _GROWTH = 0.1, 1.0, 2.0
 """Least number of seconds between two maps shown, at first and in the end, and by what it grows with each."""
 
 
-def successive_maps(view: View) -> Generator[Map]:
-    """The map of a view, first with the cells of the coarsest lattice, in the end with all cells."""
-    return _attractor_map(view) if view.colour in OF_STARTS else _motion_map(view)
-
-
 def warm_up(view: View) -> Generator[None]:
     """Compute the coarsest map and discard it, so that the kernels it needs are compiled and loaded.
 
@@ -283,9 +278,15 @@ class _Stages:
             first += size
 
 
-def _attractor_map(view: View) -> Generator[Map]:
-    """The map of the number of attractors, and of gears of what load changes lead to: several initial states in every
-    cell of a coarser plane, some rows at once, along which the sweeps run side by side."""
+def successive_maps(view: View) -> Generator[Map]:
+    """The map of a view, first with the cells of the coarsest lattice, in the end with all cells.
+
+    That of the number of attractors, and of gears of what load changes lead to, has several initial states in every
+    cell of a coarser plane. Some rows are computed at once, along which the sweeps run side by side.
+    """
+    if view.colour not in OF_STARTS:
+        yield from _motion_map(view)
+        return
     columns, rows = (count // coarseness(view.model) for count in ATTRACTOR_MAP[:2])
     starts = ATTRACTOR_MAP[2]
     x, y = (Axis(a.name, a.start, a.stop, n) for a, n in ((view.x, columns), (view.y, rows)))
