@@ -53,8 +53,8 @@ def warmup(
     from gearchaos.studies.core.warmup import MODELS
     from gearchaos.studies.core.warmup import warmup as run
 
-    if damping_law is not None and damping_law not in DAMPING_LAWS:
-        raise unknown_name("--damping-law", damping_law, DAMPING_LAWS)
+    if damping_law is not None and damping_law not in DAMPING_LAWS.own:
+        raise unknown_name("--damping-law", damping_law, DAMPING_LAWS.own)
     say(f"compiling the kernels of models with {min(MODELS)} to {max(MODELS)} coordinates; this happens once")
     for dimension, law, seconds in run() if damping_law is None else run(damping_laws=(damping_law,)):
         say(f"{dimension} coordinates, damping {law}: ready after {seconds:.0f} s")

@@ -64,7 +64,7 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
             raise InputError("tool", "must be scipy for a train", str(tool))
         return _train_script(found)
     found.stiffness.check_one_spring("a script")
-    if found.law.in_contact and tool != "scipy":
+    if (found.law.in_contact or found.law.acts_as) and tool != "scipy":
         raise InputError("damping_law", "must be always for a script in Julia", found.damping_law,
                          "The script for SciPy, tool='scipy', has all damping laws; or set damping_law='always'.")
     names, wave, error = COORDINATES[found.kind], found.stiffness, found.error

@@ -238,7 +238,7 @@ def from_sympy(symbolic: SymbolicModel) -> MeshModel:
         parts = {"error": TransmissionError(()), **parts}
     model, errors = MeshModel.of(kind, **scalars, **parts, initial=symbolic.initial), []
     force = symbolic.definitions.get(function("S"))
-    for law in sorted(DAMPING_LAWS.values(), key=lambda law: force != _mesh_force(law)):
+    for law in sorted(DAMPING_LAWS.own.values(), key=lambda law: force != _mesh_force(law)):
         found = model.with_values({"damping_law": law.name})
         try:
             _check_equal(symbolic, to_sympy(found))
@@ -269,7 +269,8 @@ def _rows(kind: str) -> tuple[Eq, ...]:
 def _mesh_force(law: DampingLaw) -> Any:
     """The mesh force S of (2.5), whose damping may act in contact alone, or in a contact that never pulls."""
     sp, z = sympy(), function("z")
-    force = 2 * symbol("zeta") * z.diff(symbol("tau")) + function("chi") * function("f")
+    zeta = symbol("zeta") * (law.coefficient(symbol("omega")) if law.acts_as else 1)
+    force = 2 * zeta * z.diff(symbol("tau")) + function("chi") * function("f")
     if not law.in_contact:
         return force
     front, back = (sp.Max(0, force), sp.Min(0, force)) if law.releases else (force, force)
@@ -313,7 +314,7 @@ def _named(values: Mapping[str, float]) -> tuple[dict[str, float], dict[str, Any
     """Values by the names of symbols as arguments of `MeshModel.of`: single values, and waveforms by their field."""
     owners: dict[str, tuple[str, Any, str]] = {
         "eps": ("error", TransmissionError, "amplitudes"), "theta": ("error", TransmissionError, "phases")}
-    for kind in (kind for kind in STIFFNESS_KINDS.values() if not kind.shared):
+    for kind in (kind for kind in STIFFNESS_KINDS.own.values() if not kind.shared):
         owners |= {_singular(kind.letters.get(key, key)): ("stiffness", kind, key) for key in kind.lists()}
     single, numbers = {}, dict[str, dict[int, float]]()
     for name, value in values.items():

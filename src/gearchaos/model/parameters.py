@@ -153,8 +153,7 @@ class MeshModel(Damped, GearModel):
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise unknown_name("kind", str(self.kind), KINDS)
-        if self.damping_law not in DAMPING_LAWS:
-            raise unknown_name("damping_law", str(self.damping_law), DAMPING_LAWS)
+        DAMPING_LAWS.check("damping_law", self.damping_law)
         for name in ("beta1", "beta2"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, 0.0 if self.kind == "single" else 0.01)
@@ -306,14 +305,14 @@ class MeshModel(Damped, GearModel):
         return 2 * math.pi / self.omega
 
 
-*_SOME, _LAST = (f"a {kind.__name__}" for kind in STIFFNESS_KINDS.values())
+*_SOME, _LAST = (f"a {kind.__name__}" for kind in STIFFNESS_KINDS.own.values())
 
 _PARTS: dict[str, tuple[type, str, str]] = {
     "error": (TransmissionError, "must be a TransmissionError", "Or give eps1, theta1, ... by name."),
-    "damping_law": (str, f"must be one of {', '.join(DAMPING_LAWS)}", "E.g. damping_law='contact'."),
+    "damping_law": (str, f"must be one of {', '.join(DAMPING_LAWS.own)}", "E.g. damping_law='contact'."),
     "stiffness": (
         Stiffness, f"must be {', '.join(_SOME)} or {_LAST}",
-        f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.values())))} by name."),
+        f"Or give {', or '.join(filter(None, (kind.offered() for kind in STIFFNESS_KINDS.own.values())))} by name."),
     "initial": (Mapping, "must be a mapping of coordinates to values", "E.g. {'x1': 0.5}."),
 }
 """The fields of a model that are not numbers: their types, and the rule and advice of the error for another type."""

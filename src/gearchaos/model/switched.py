@@ -257,15 +257,15 @@ def switched_system(batch: Any, names: tuple[str, ...] | None = None) -> Switche
         harmonics[0, :, :, 1], harmonics[1, :, :, 1] = rows.f_cos, rows.f_sin
         contacts = MeshContacts(
             names=(), front=np.ones(1), rows=unit[None, 0], rates=unit[None, 1], pushes=rows.b[:, None],
-            damping=2 * rows["zeta"][:, None], in_contact=np.array([batch.model.law.in_contact]),
+            damping=rows.damping[:, None], in_contact=np.array([batch.model.law.in_contact]),
             meshes=np.zeros(len(pairs.sides), np.int64), sides=pairs.sides, edges=pairs.edges,
             stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]), orders=rows.order,
             f_cos=harmonics[0], f_sin=harmonics[1])
     return SwitchedAffine(
         names=names, omega=rows.omega, A=rows.A, b=rows.b, f0=rows.f0, f_cos=rows.f_cos, f_sin=rows.f_sin,
         levels=levels, starts=starts, same_starts=all(np.ndim(start) == 0 for start, _ in parts),
-        chi_cos=(a * np.cos(p)).T, chi_sin=(a * np.sin(p)).T, damping=2 * rows["zeta"], static_force=static_force,
-        law=batch.model.law, **_velocity(rows), contacts=contacts)
+        chi_cos=(a * np.cos(p)).T, chi_sin=(a * np.sin(p)).T, damping=rows.damping, static_force=static_force,
+        law=batch.model.kernel_law, **_velocity(rows), contacts=contacts)
 
 
 class _Rows:
@@ -286,6 +286,11 @@ class _Rows:
         values[:] = self.batch[name]
         return values
 
+    @property
+    def damping(self) -> np.ndarray:
+        """The factor of z' in the mesh force, (P,): 2ζ, of a law of another package with its coefficient."""
+        return 2 * self["zeta"] * self.batch.model.law.coefficient(self.omega)
+
     def error_harmonics(self, derivative: int) -> tuple[np.ndarray, np.ndarray]:
         """Cosine and sine coefficients (P, H) of ε or its first or second derivative."""
         w = self.order * self.omega[:, None]
@@ -302,7 +307,7 @@ class _Rows:
     def add_force(self, row: int, factor: np.ndarray | float) -> None:
         """Add the mesh force S = 2ζz' + χ f(z), (2.5), times a factor to the right side of one row."""
         if not self.batch.model.law.in_contact:
-            self.A[:, row, 1] += 2 * self["zeta"] * factor
+            self.A[:, row, 1] += self.damping * factor
         self.b[:, row] -= factor
 
 

@@ -30,7 +30,11 @@ def check_provable(model: MeshModel) -> None:
     """Raise `InputError` unless the mesh is one spring and its damping acts always, as in the equations of proofs."""
     check_is_pair(model, "a proof")
     model.stiffness.check_one_spring("a proof")
-    if model.law.in_contact:
+    if model.stiffness.form not in STIFFNESS:
+        raise InputError("stiffness", f"must be of a form that can be verified: {', '.join(STIFFNESS)}",
+                         model.stiffness.form, "The program that checks certificates reads them in its own way, and "
+                         "knows no other: proof/verifier.py. Classify the motion without a proof.")
+    if model.law.in_contact or model.law.acts_as:
         raise InputError("damping_law", "must be always for a proof", model.damping_law,
                          "Proofs need a right side that is continuous at a contact switch. Classify the motion of this "
                          "model without a proof, or set damping_law='always', --set damping_law=always, and prove that "
@@ -45,9 +49,6 @@ def exact_parameters(model: MeshModel) -> dict[str, Any]:
     kind of stiffness that the program which checks certificates does not know, and for damping that ends with contact.
     """
     check_provable(model)
-    if model.stiffness.form not in STIFFNESS:
-        raise InputError("stiffness", f"must be of a form that can be verified: {', '.join(STIFFNESS)}",
-                         model.stiffness.form, "Add it to proof/verifier.py, which reads certificates in its own way.")
 
     def text(value: Any) -> Any:
         return [text(v) for v in value] if isinstance(value, tuple) else to_text(Fraction(value))

@@ -34,6 +34,7 @@ from gearchaos.quantities.tables import (
     RESULTS,
     STIFFNESS_PARAMETERS,
     VERDICTS,
+    ask_if_unknown,
     declare,
     find,
     parse_harmonic,
@@ -43,5 +44,5 @@ from gearchaos.quantities.tables import (
 __all__ = [
     "COORDINATES", "GEARS", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE",
     "PREFIXES", "RESPONSES", "RESULTS", "STIFFNESS_PARAMETERS", "VERDICTS", "Name", "Physical", "Quantity", "Range",
-    "Rule", "declare", "find", "parameter_owner", "parse", "parse_harmonic", "quantity",
+    "Rule", "ask_if_unknown", "declare", "find", "parameter_owner", "parse", "parse_harmonic", "quantity",
 ]

@@ -5,7 +5,7 @@ Equation numbers refer to J. Łuczko, *Chaotic vibrations in gear mesh systems*,
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -411,6 +411,14 @@ def declare(rows: Iterable[Quantity], families: Iterable[Quantity]) -> None:
     parse_harmonic.cache_clear()
 
 
+_ASKED: list[Callable[[], object]] = []
+
+
+def ask_if_unknown(ask: Callable[[], object]) -> None:
+    """Have a function called, which may `declare` more, before a name is taken to be that of no quantity."""
+    _ASKED.append(ask)
+
+
 @lru_cache(maxsize=4096)
 def find(name: str) -> Quantity | None:
     """The quantity of a name; None if there is none.
@@ -428,7 +436,11 @@ def find(name: str) -> Quantity | None:
                                  axis_name=f"{found.axis_name or own} of {owner}")
     if parts := parse_harmonic(base):
         return of_order(HARMONICS[parts.family], parts.order or 0)
-    return replace(_BY_NAME["Kv_STANDARD"], name=base) if base.startswith("Kv_") else _BY_NAME.get(base)
+    if base.startswith("Kv_"):
+        return replace(_BY_NAME["Kv_STANDARD"], name=base)
+    for ask in _ASKED if base not in _BY_NAME else ():
+        ask()
+    return _BY_NAME.get(base)
 
 
 def quantity(name: str) -> Quantity:

@@ -245,7 +245,7 @@ class View:
 
     def with_stiffness(self, name: str) -> View:
         """The view with this kind of mesh stiffness, at its default values, unless it has it already."""
-        check_known("stiffness", name, STIFFNESS_KINDS)
+        STIFFNESS_KINDS.check("stiffness", name)
         check_is_pair(self.model, "another kind of stiffness")
         if name == self.model.stiffness.kind:
             return self
@@ -253,7 +253,7 @@ class View:
 
     def with_damping_law(self, name: str) -> View:
         """The view with this damping law of the mesh, also of its gears."""
-        check_known("damping_law", name, DAMPING_LAWS)
+        DAMPING_LAWS.check("damping_law", name)
         if name == self.model.damping_law:
             return self
         return self._with_model(self.operating_point.with_values({"damping_law": name}))

@@ -162,7 +162,7 @@ def _model(given: Mapping[str, str], default: View) -> MeshModel:
         model = replace(model, stiffness=_stiffness(given.get("stiffness", _USUAL_STIFFNESS), given))
         others += tuple(model.stiffness.unnamed())
     if "damping_law" in given:
-        check_known("damping_law", given["damping_law"], DAMPING_LAWS)
+        DAMPING_LAWS.check("damping_law", given["damping_law"])
         model = model.with_values({"damping_law": given["damping_law"]})
     values = {n: v for n, v in given.items() if n not in others}
     model.expand(dict.fromkeys(values, 0.0))  # refuses an unknown name before its value is read
@@ -171,7 +171,7 @@ def _model(given: Mapping[str, str], default: View) -> MeshModel:
 
 def _stiffness(kind: str, given: Mapping[str, str]) -> Stiffness:
     """The mesh stiffness of a query before its parameters are set by name."""
-    check_known("stiffness", kind, STIFFNESS_KINDS)
+    STIFFNESS_KINDS.check("stiffness", kind)
     chosen = STIFFNESS_KINDS[kind]
     return chosen(**{
         n: tuple(finite_number(n, part) for part in given.get(n, "").split(",")) for n in chosen.example().unnamed()})
@@ -223,9 +223,9 @@ def as_python(view: View) -> str:
         lines = f"gears = {made}\nmodel = operating_model(gears, {model.kind!r}){set_apart}\n"
     else:
         lines = f"model = {_with_prefix(repr(model))}\n"
-    for used in {kind.__name__ for kind in STIFFNESS_KINDS.values()}:
-        if f"{used}(" in lines and not hasattr(gearchaos, used):
-            first += f"from gearchaos.model.stiffness import {used}\n"
+    for used in STIFFNESS_KINDS.values():
+        if f"{used.__name__}(" in lines and not hasattr(gearchaos, used.__name__):
+            first += f"from {used.__module__} import {used.__name__}\n"
     return (
         f"import gearchaos as gc\n{first}\n{lines}"
         "verdict = gc.regime(model)\n"
@@ -350,7 +350,7 @@ def pair_at(pair: GearPair, model: MeshModel) -> GearPair | None:
         amplitudes = tuple(a * pair.half_backlash for a in model.error.amplitudes)
         changed |= {"error_amplitudes": amplitudes, "error_phases": model.error.phases}
     if model.stiffness != own.stiffness:
-        of_stiffness = {field for kind in STIFFNESS_KINDS.values() for field in kind.pair_fields.values()}
+        of_stiffness = {field for kind in STIFFNESS_KINDS.own.values() for field in kind.pair_fields.values()}
         changed |= {field: GearPair.__dataclass_fields__[field].default for field in of_stiffness}
         changed |= model.stiffness.to_pair(pair.c0, pair.half_backlash)
     found = replace(pair, **changed)

@@ -32,7 +32,7 @@ Value = TypeVar("Value")
 # a float in SI, of a speed in rpm, a text with a unit such as "3 mm", or a pint quantity; the fields of a `GearPair`
 # are floats
 PhysicalValue = Any
-_KINDS = [kind for kind in STIFFNESS_KINDS.values() if kind.pair_fields]  # those that a pair can have
+_KINDS = [kind for kind in STIFFNESS_KINDS.own.values() if kind.pair_fields]  # those that a pair can have
 _STIFFNESS_FIELDS = tuple(tuple(kind.pair_fields.values()) for kind in _KINDS)
 _STIFFNESSES = ", or ".join(f"{kind.predicate} {kind.equation}".rstrip() for kind in _KINDS)
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
@@ -305,5 +305,5 @@ class GearPair(HasCard):
 
     def _stiffness(self) -> Stiffness:
         """χ(τ) = c(t)/c0, (2.16) or (2.7)."""
-        given = (kind.from_pair(self) for kind in STIFFNESS_KINDS.values())
+        given = (kind.from_pair(self) for kind in STIFFNESS_KINDS.own.values())
         return next((found for found in given if found is not None), TwoLevelStiffness())

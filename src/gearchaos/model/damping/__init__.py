@@ -2,11 +2,14 @@
 
 **To add a law,** write a `DampingLaw` in a file of its own and enter it in `DAMPING_LAWS`. Its number for the kernels
 is in ``flow/kernels/vector/arrays.py``, its force in ``taylor.py`` there, where contact begins and ends in
-``flow/kernels/one_mesh/contact.py``.
+``flow/kernels/one_mesh/contact.py``. Another package offers one that acts as one of these, in ``gearchaos.damping``.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
+from gearchaos.doors import Register, value_of
 from gearchaos.model.damping.always import ALWAYS
 from gearchaos.model.damping.base import DampingLaw
 from gearchaos.model.damping.contact import CONTACT
@@ -15,10 +18,24 @@ from gearchaos.model.damping.unilateral import UNILATERAL
 __all__ = ["ALWAYS", "CONTACT", "DAMPING_LAWS", "DEFAULT_LAW", "DEFAULT_LAW_OF_GEARS", "SHARED_LAWS", "UNILATERAL",
            "Damped", "DampingLaw"]
 
-DAMPING_LAWS: dict[str, DampingLaw] = {law.name: law for law in (ALWAYS, CONTACT, UNILATERAL)}
+
+def _fault(name: str, law: Any) -> str:
+    """What is wrong with a law of another package; empty if nothing is."""
+    if wrong := value_of(DampingLaw, "name")(name, law):
+        return wrong
+    known = DAMPING_LAWS.own.get(law.acts_as)
+    if known is None:
+        return f"it must act as one of {', '.join(DAMPING_LAWS.own)}, not {law.acts_as!r}"
+    alike = (known.in_contact, known.releases) == (law.in_contact, law.releases)
+    return "" if alike else f"its in_contact and releases must be those of {known.name}, {known.in_contact} and " \
+                            f"{known.releases}"
+
+
+DAMPING_LAWS: Register[DampingLaw] = Register(
+    "gearchaos.damping", {law.name: law for law in (ALWAYS, CONTACT, UNILATERAL)}, _fault)
 """The damping laws by their names."""
 
-SHARED_LAWS = tuple(law.name for law in DAMPING_LAWS.values() if not law.releases)
+SHARED_LAWS = tuple(law.name for law in DAMPING_LAWS.own.values() if not law.releases)
 """The laws that several contacts with one damper can have."""
 
 DEFAULT_LAW = ALWAYS.name  # as in the paper
@@ -34,3 +51,8 @@ class Damped:
     def law(self) -> DampingLaw:
         """Where the mesh damping acts."""
         return DAMPING_LAWS[self.damping_law]
+
+    @property
+    def kernel_law(self) -> DampingLaw:
+        """The law by which the kernels know it, for one of another package that which it acts as."""
+        return DAMPING_LAWS.own[self.law.acts_as or self.law.name]

@@ -3,29 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
+from gearchaos.doors import Register, class_of
 from gearchaos.model.stiffness.base import Stiffness
 from gearchaos.model.stiffness.harmonic import HarmonicStiffness
 from gearchaos.model.stiffness.stepped import MAX_LEVELS, SteppedStiffness
 from gearchaos.model.stiffness.tooth_pairs import ToothPairStiffness
 from gearchaos.model.stiffness.two_level import TwoLevelStiffness
-from gearchaos.quantities import declare
+from gearchaos.quantities import HARMONICS, ask_if_unknown, declare, find
 
 __all__ = [
     "MAX_LEVELS", "STIFFNESS_FORMS", "STIFFNESS_KINDS", "HarmonicStiffness", "SteppedStiffness", "Stiffness",
     "ToothPairStiffness", "TwoLevelStiffness", "default_stiffness",
 ]
 
-STIFFNESS_KINDS: dict[str, type[Stiffness]] = {
+
+def _fault(name: str, kind: Any) -> str:
+    """What is wrong with a kind of stiffness of another package; empty if nothing is."""
+    if wrong := class_of(Stiffness, "kind")(name, kind):
+        return wrong
+    taken = [q.name for q in kind.rows if find(q.name) not in (None, q)]
+    taken += [q.name for q in kind.families if HARMONICS.get(q.name, q) != q]
+    return f"it must have parameters of its own, not {', '.join(taken)}" if taken else ""
+
+
+STIFFNESS_KINDS: Register[type[Stiffness]] = Register("gearchaos.stiffness", {
     found.kind: found for found in (TwoLevelStiffness, HarmonicStiffness, SteppedStiffness, ToothPairStiffness)
-}
+}, _fault, admit=lambda kind: declare(kind.rows, kind.families))
 """The kinds of mesh stiffness by the names that files and pages use; the first is that of the paper."""
 
-STIFFNESS_FORMS: dict[str, type[Stiffness]] = {found.form: found for found in STIFFNESS_KINDS.values()}
-"""The kinds of mesh stiffness by their names in certificates."""
+STIFFNESS_FORMS: dict[str, type[Stiffness]] = {found.form: found for found in STIFFNESS_KINDS.own.values()}
+"""The kinds of mesh stiffness by their names in certificates: those that can be proved."""
 
-for _found in STIFFNESS_KINDS.values():
+for _found in STIFFNESS_KINDS.own.values():
     declare(_found.rows, _found.families)
+ask_if_unknown(lambda: [*STIFFNESS_KINDS])
 
 
 def default_stiffness(names: Iterable[str]) -> Stiffness:
