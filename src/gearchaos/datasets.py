@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.csv_tables import save_csv
+from gearchaos.doors import NotInstalledError, versions_of
 from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
@@ -139,9 +140,12 @@ def model_from_json(text: str) -> MeshModel:
             from gearchaos.gears.train.train import Train
 
             return TrainModel(Train(**values["train"]), values["initial"])  # type: ignore[return-value]
-        stiffness = STIFFNESS_KINDS[values.pop("stiffness_kind")].from_record(values["stiffness"])
+        STIFFNESS_KINDS.check("stiffness.kind", kind := values.pop("stiffness_kind"))
+        stiffness = STIFFNESS_KINDS[kind].from_record(values["stiffness"])
         error = TransmissionError(**{name: tuple(found) for name, found in values["error"].items()})
         return MeshModel(**{**values, "error": error, "stiffness": stiffness})
+    except NotInstalledError:
+        raise
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise InputError("dataset", "must carry the model of its study as JSON in attrs['model']", text,
                          f"Compute it again, or load the file that was saved. ({error})") from error
@@ -171,18 +175,23 @@ def gridded_variable(dataset: xr.Dataset) -> str | None:
 def provenance(study: str, model: Any, **settings: Any) -> dict[str, Any]:
     """Attributes of a Dataset: the study, its model, gears and settings as JSON, and the versions of packages.
 
-    An `OperatingModel` has gears, at its operating point. ``settings`` are the other arguments of the study, and its
+    Among the packages are those that brought its stiffness or its damping law. An `OperatingModel` has gears, at its
+    operating point. ``settings`` are the other arguments of the study, and its
     classification settings as ``classification``.
     """
     gears = {"gears": gears_json(model.operating_gears)} if gears_of(model) else {}
     return {"study": study, "model": model_json(model), "settings": json.dumps(settings, sort_keys=True),
-            **_versions(), **gears}
+            **_versions(), **versions_of(type(getattr(model, "stiffness", None)), getattr(model, "law", None)), **gears}
+
+
+PACKAGES = ("gearchaos", "numba", "numpy", "xarray")
+"""The packages on which all results depend."""
 
 
 @cache
 def _versions() -> dict[str, str]:
     """The versions of the packages that results depend on, by attribute."""
-    return {f"{p}_version": metadata.version(p) for p in ("gearchaos", "numba", "numpy", "xarray")}
+    return {f"{p}_version": metadata.version(p) for p in PACKAGES}
 
 
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:

@@ -136,13 +136,13 @@ class Register(Mapping[str, T]):
         self._refused[entry.name] = text
         warnings.warn(text, stacklevel=2)
 
-    def unknown(self, field: str, name: str) -> NotInstalledError:
+    def unknown(self, field: str, name: object) -> NotInstalledError:
         """The error for a name that is none of these, which lists them and suggests one, or says whose is left out."""
-        error = unknown_name(field, name, self)
+        error = unknown_name(field, name := str(name), self)
         absent = f"No installed package offers it in {self.group}: docs/howto/extend.md."
         return NotInstalledError(field, error.rule, name, self._refused.get(name) or error.advice or absent)
 
-    def check(self, field: str, name: str) -> None:
+    def check(self, field: str, name: object) -> None:
         """Raise `NotInstalledError` unless there is one of this name."""
         if name not in self:
             raise self.unknown(field, name)

@@ -28,7 +28,20 @@ class Terminated(KeyboardInterrupt):
 
 
 class Commands(TyperGroup):
-    """The group of all commands, which reports their errors."""
+    """The group of all commands, which reports their errors; a study of another package has one made when asked."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        found = super().get_command(ctx, cmd_name)
+        if found is not None or cmd_name.startswith("-"):
+            return found
+        from gearchaos.studies.core.registry import STUDIES
+
+        kind = cmd_name.replace("-", "_")
+        if kind not in STUDIES.offers or kind not in STUDIES:
+            return None
+        from gearchaos.cli.studies import command_of
+
+        return command_of(kind, STUDIES[kind])
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         with reported():  # --version and --help print while arguments are parsed

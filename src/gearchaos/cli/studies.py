@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,6 +20,9 @@ from gearchaos.cli.options import TORQUES, Json, Out, OutIfWanted, Physical, Plo
 from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, write_certificate
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.files import DATA_SUFFIXES, UFF_SUFFIXES
+
+if TYPE_CHECKING:
+    from gearchaos.studies.core.study import Study
 
 
 def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
@@ -409,6 +412,15 @@ def _correlation(text: str) -> tuple[str, str, float]:
 _OWN: dict[str, Callable[..., None]] = {
     "regime": regime, "runup": runup, "orders": orders, "fit": fit, "scatter": scatter}
 """Commands that print a verdict and not a Dataset, or have options of their own."""
+
+def command_of(kind: str, study: type[Study]) -> Any:
+    """The command of a study of another package."""
+    from gearchaos.studies.core.generate import entry_of
+
+    own = typer.Typer()
+    own.command(kind.replace("_", "-"))(study_command(kind, entry_of(study)))
+    return typer.main.get_command(own)
+
 
 for _kind, _entry in catalogue.STUDIES.items():
     app.command(_kind.replace("_", "-"), rich_help_panel=_entry["group"])(

@@ -17,6 +17,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from gearchaos.datasets import load as load_file
+from gearchaos.doors import NotInstalledError
 from gearchaos.errors import InputError
 from gearchaos.store.blocks import is_written, read_tile, tiles_there
 from gearchaos.store.check import in_words, missing
@@ -170,7 +171,8 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     Warns
     -----
     UserWarning
-        If a part of a store is not computed or missing; it says which, and what the values there are.
+        If a part of a store is not computed or missing; it says which, and what the values there are. If the package
+        that has the study of a finished store, or its stiffness, is not installed; it says which.
 
     Examples
     --------
@@ -184,7 +186,13 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     if not is_store(path):
         return load_file(path)
-    store = open_store(path)
+    try:
+        store = open_store(path)
+    except NotInstalledError as error:
+        if (objects := Objects(path)).get(FINISHED) is None:
+            raise
+        warnings.warn(f"{os.fspath(path)}: the data are read, but not what made them: {error}", stacklevel=2)
+        return xr.open_zarr(objects.zarr, chunks=None)
     if words := in_words(store):
         warnings.warn(f"{os.fspath(path)}: {words}", stacklevel=2)
     return dataset(store)

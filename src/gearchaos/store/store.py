@@ -23,7 +23,8 @@ import xarray as xr
 import zarr
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from gearchaos.datasets import provenance
+from gearchaos.datasets import PACKAGES
+from gearchaos.doors import NotInstalledError
 from gearchaos.errors import ChangedFileError, InputError
 from gearchaos.store.objects import Objects
 from gearchaos.store.record import from_record, to_record
@@ -187,7 +188,7 @@ def _checksum(content: Mapping[str, Any]) -> int:
 
 def versions(study: Study) -> dict[str, str]:
     """The versions of the packages on which results depend, by attribute of a Dataset."""
-    return {n: v for n, v in provenance(study.kind, study.model).items() if n.endswith("_version")}
+    return {n: v for n, v in study.provenance().items() if n.endswith("_version")}
 
 
 def create(store: Store) -> Store:
@@ -269,6 +270,8 @@ def from_description(objects: Objects, content: bytes) -> Store:
             "store", "must find the tables of its gears as they were when it was made", str(objects),
             f"The table {error.value} changed since, or is missing. Restore it to go on with this store, or compute "
             "the study with the new table into a new folder.") from None
+    except NotInstalledError as error:
+        raise NotInstalledError(error.field, error.rule, error.value, _brought_by(found["versions"])) from None
     except InputError as error:
         if error.field == "store":
             raise
@@ -276,6 +279,13 @@ def from_description(objects: Objects, content: bytes) -> Store:
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise _damaged(objects, str(error)) from None
     return Store(objects, study, grid, arrays, found["versions"], found["shards"], found["files"])
+
+
+def _brought_by(versions: Mapping[str, str]) -> str:
+    """Which packages a store was made with, besides those of gearchaos."""
+    packages = [f"{key.removesuffix('_version')} {versions[key]}" for key in versions
+                if key.removesuffix("_version") not in PACKAGES]
+    return f"The store was made with {' and '.join(packages)}: install it again."
 
 
 def _damaged(objects: Objects, why: str) -> InputError:

@@ -30,7 +30,15 @@ from gearchaos.studies.core.operating_ranges import torques_of
 from gearchaos.studies.core.options import file_options
 from gearchaos.studies.core.registry import study_class
 from gearchaos.studies.core.study import ClassifyingStudy, Study
-from gearchaos.studyfile.tables import MODEL_NAMES, GearPairTable, InitialTable, ModelTable, StudyFile, validated
+from gearchaos.studyfile.tables import (
+    MODEL_NAMES,
+    GearPairTable,
+    InitialTable,
+    ModelTable,
+    StudyFile,
+    study_file,
+    validated,
+)
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
@@ -215,7 +223,7 @@ def _read(path: Path) -> StudyFile:
         raise InputError("study file", "must be valid TOML", str(path), f"{error}.") from None
     if what:
         raise InputError("study file", "must be TOML", str(path), f"{what}. A study file is text, as in examples.")
-    return validated(StudyFile, document)
+    return validated(study_file(document), document)
 
 
 _TABLES = ("gearpair", "design", "operation")

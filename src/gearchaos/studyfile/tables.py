@@ -11,8 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from gearchaos.catalogue import STUDIES
 from gearchaos.errors import InputError, all_of, unknown_name
 from gearchaos.gears.mesh.pair import GearPair
-from gearchaos.model import DEFAULT_LAW, SCALARS, STIFFNESS_KINDS
+from gearchaos.model import DEFAULT_LAW, SCALARS, STIFFNESS_KINDS, Stiffness
 from gearchaos.quantities import PARAMETERS, find
+from gearchaos.studies.core.generate import entry_of
+from gearchaos.studies.core.registry import study_class
 
 
 class _Table(BaseModel):
@@ -37,12 +39,12 @@ _KEY_TYPES: dict[str, Any] = {
 """The types of keys of ``[study]``, by the type of an option in the catalogue of studies."""
 
 
-def _study_keys() -> dict[str, Any]:
-    """The keys of ``[study]``: axes and options of all kinds of studies, each with its type and no default."""
+def _study_table(entries: Mapping[str, dict[str, Any]]) -> Any:
+    """``[study]``, with axes and options of these kinds of studies, each with its type and no default."""
     keys: dict[str, Any] = {}
     leasts: dict[str, list[int | None]] = {}
     types: dict[str, Any] = {}  # all that a key has in the studies that take it
-    for entry in STUDIES.values():
+    for entry in entries.values():
         keys |= dict.fromkeys(entry["axes"], (str | None, None))
         for name, option in entry["options"].items():
             leasts.setdefault(name, []).append(option.get("least"))
@@ -51,15 +53,12 @@ def _study_keys() -> dict[str, Any]:
             bounds = [least for least in leasts[name] if least is not None]
             bounded = len(bounds) == len(leasts[name])  # by all studies that take it
             keys[name] = (Annotated[type_, Field(ge=min(bounds))] | None if bounded else type_ | None, None)
-    return keys
-
-
-_StudyTable = create_model(
-    "_StudyTable",
-    __base__=_Table,
-    kind=(Literal[tuple(STUDIES)], ...),  # type: ignore[arg-type,valid-type]
-    **_study_keys(),
-)
+    return create_model(
+        "_StudyTable",
+        __base__=_Table,
+        kind=(Literal[tuple(entries)], ...),  # type: ignore[arg-type,valid-type]
+        **keys,
+    )
 
 
 class _ClassificationTable(_Table):
@@ -73,29 +72,39 @@ class _ClassificationTable(_Table):
     averaging_periods: int | None = None
 
 
-StiffnessTable = create_model(
-    "StiffnessTable",
-    __base__=Series,
-    kind=(Literal[tuple(STIFFNESS_KINDS)], next(iter(STIFFNESS_KINDS))),
-    **{  # type: ignore[call-overload]
-        name: (list[float], []) if name in kind.lists() else (float | None, None)
-        for kind in STIFFNESS_KINDS.values() for name in kind.record_keys() if name not in Series.model_fields
-    },
-)
-"""``[model.stiffness]``, with the keys of all kinds of stiffness."""
+def _stiffness_table(kinds: Mapping[str, type[Stiffness]]) -> Any:
+    """``[model.stiffness]``, with the keys of these kinds of stiffness."""
+    return create_model(
+        "StiffnessTable",
+        __base__=Series,
+        kind=(Literal[tuple(kinds)], next(iter(kinds))),  # type: ignore[arg-type,valid-type]
+        **{
+            name: (list[float], []) if name in kind.lists() else (float | None, None)
+            for kind in kinds.values() for name in kind.record_keys() if name not in Series.model_fields
+        },
+    )
+
+
+StiffnessTable = _stiffness_table(STIFFNESS_KINDS.own)
 
 MODEL_NAMES = (*SCALARS, *(q.name for q in PARAMETERS if q.members))
 """The keys of ``[model]`` that are numbers."""
 
-ModelTable = create_model(
-    "ModelTable",
-    __base__=_Table,
-    kind=(str, "torsional"),
-    damping_law=(str, DEFAULT_LAW),
-    error=(Series, Series()),
-    stiffness=(StiffnessTable, StiffnessTable()),
-    **{name: (float | None, None) for name in MODEL_NAMES},  # type: ignore[call-overload]
-)
+
+def _model_table(stiffness: Any) -> Any:
+    """``[model]``, with this table of its stiffness."""
+    return create_model(
+        "ModelTable",
+        __base__=_Table,
+        kind=(str, "torsional"),
+        damping_law=(str, DEFAULT_LAW),
+        error=(Series, Series()),
+        stiffness=(stiffness, stiffness()),
+        **{name: (float | None, None) for name in MODEL_NAMES},
+    )
+
+
+ModelTable = _model_table(StiffnessTable)
 GearPairTable = create_model(
     "GearPairTable",
     __base__=_Table,
@@ -119,8 +128,33 @@ class StudyFile(_Table):
     operation: dict[str, Any] | None = None
     train: dict[str, Any] | None = None  # checked by `Train`
     initial: dict[str, Any] = {}
-    study: _StudyTable | None = None  # type: ignore[valid-type]
+    study: _study_table(STUDIES) | None = None  # type: ignore[valid-type]
     classification: _ClassificationTable | None = None
+
+
+def study_file(document: Mapping[str, Any]) -> type[StudyFile]:
+    """The layout of a file, with the keys of the kinds of study and of stiffness of other packages that it names.
+
+    Raises `NotInstalledError` for a kind that no package offers.
+    """
+    guests: dict[str, Any] = {}
+    study, stiffness = _kind(document, "study"), _kind(document, "model", "stiffness")
+    if study not in STUDIES and study not in _ADVICE_ON_KINDS:
+        guests["study"] = _study_table({**STUDIES, study: entry_of(study_class(study))})
+    if stiffness not in STIFFNESS_KINDS.own:
+        STIFFNESS_KINDS.check("model.stiffness.kind", stiffness)
+        kinds = {**STIFFNESS_KINDS.own, stiffness: STIFFNESS_KINDS[stiffness]}
+        guests["model"] = _model_table(_stiffness_table(kinds))
+    return create_model(  # type: ignore[call-overload,no-any-return]
+        "StudyFile", __base__=StudyFile, **{name: (table | None, None) for name, table in guests.items()})
+
+
+def _kind(document: Any, *tables: str) -> str:
+    """The kind that a table of a file names, by default the first of gearchaos, also for what is no text."""
+    for name in (*tables, "kind"):
+        document = document.get(name) if isinstance(document, Mapping) else None
+    known: Mapping[str, Any] = STUDIES if tables == ("study",) else STIFFNESS_KINDS.own
+    return document if isinstance(document, str) else next(iter(known))
 
 
 def validated(schema: type[BaseModel], document: Mapping[str, Any], *where: str) -> Any:

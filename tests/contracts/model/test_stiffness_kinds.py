@@ -106,7 +106,7 @@ class Ramp(Stiffness):
 @pytest.fixture
 def ramp(monkeypatch) -> MeshModel:
     """A model with this kind, which is known here alone."""
-    monkeypatch.setitem(STIFFNESS_KINDS, "ramp", Ramp)
+    monkeypatch.setitem(STIFFNESS_KINDS.own, "ramp", Ramp)
     monkeypatch.setattr(tables, "STIFFNESS_PARAMETERS", [])
     monkeypatch.setattr(tables, "_BY_NAME", dict(tables._BY_NAME))
     declare(Ramp.rows, ())

@@ -34,17 +34,7 @@ def all_studies() -> list[type[Study]]:
 
 def catalogue() -> str:
     """The module `gearchaos.catalogue`: what the public names and the commands need of studies, without their code."""
-    entries = {}
-    for study in all_studies():
-        options = file_options(study).values()
-        entries[study.kind] = {
-            "module": study.__module__.removeprefix("gearchaos."), "class": study.__name__,
-            "help": _first_sentence(_docstring(study)), "group": study.group, "needs_out": study.needs_out,
-            "summary": study.summary,
-            "axes": {o.name: o.count for o in options if o.is_axis},
-            "options": {o.name: _command_option(o) for o in options if not o.is_axis},
-            "run_options": {o.name: _command_option(o) for o in study.run_options if o.type is not None},
-        }
+    entries = {study.kind: entry_of(study) for study in all_studies()}
     return f'''"""All studies by kind: where each stands, and what its command takes.
 
 ``python -m gearchaos.studies.core.generate`` writes this from the classes of the studies. It is all that public names
@@ -56,6 +46,19 @@ from typing import Any
 STUDIES: dict[str, dict[str, Any]] = {{
 {"".join(f"    {kind!r}: {_literal(entry, 4)},{chr(10)}" for kind, entry in entries.items())}}}
 '''
+
+
+def entry_of(study: type[Study]) -> dict[str, Any]:
+    """What the catalogue says of a study; of one of another package commands and study files ask for it here."""
+    options = file_options(study).values()
+    return {
+        "module": study.__module__.removeprefix("gearchaos."), "class": study.__name__,
+        "help": _first_sentence(_docstring(study)), "group": study.group, "needs_out": study.needs_out,
+        "summary": study.summary,
+        "axes": {o.name: o.count for o in options if o.is_axis},
+        "options": {o.name: _command_option(o) for o in options if not o.is_axis},
+        "run_options": {o.name: _command_option(o) for o in study.run_options if o.type is not None},
+    }
 
 
 def _literal(value: Any, indent: int) -> str:
@@ -77,8 +80,8 @@ def _literal(value: Any, indent: int) -> str:
 
 
 def _docstring(study: type[Study]) -> str:
-    """The docstring of the function of a study."""
-    return str(vars(import_module(study.__module__))[study.kind].__doc__)
+    """The docstring of the function of a study, or of its class if it has none."""
+    return str(vars(import_module(study.__module__)).get(study.kind, study).__doc__)
 
 
 def _first_sentence(text: str) -> str:

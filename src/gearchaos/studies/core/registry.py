@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 
 from gearchaos import catalogue
-from gearchaos.errors import unknown_name
+from gearchaos.doors import Register, class_of
 from gearchaos.studies.core.study import Study
 
 
@@ -17,6 +17,9 @@ class _Studies(Mapping[str, type[Study]]):
         entry = catalogue.STUDIES[kind]
         return getattr(import_module(f"gearchaos.{entry['module']}"), entry["class"])
 
+    def __contains__(self, kind: object) -> bool:
+        return kind in catalogue.STUDIES
+
     def __iter__(self) -> Iterator[str]:
         return iter(catalogue.STUDIES)
 
@@ -24,11 +27,10 @@ class _Studies(Mapping[str, type[Study]]):
         return len(catalogue.STUDIES)
 
 
-STUDIES = _Studies()
+STUDIES: Register[type[Study]] = Register("gearchaos.studies", _Studies(), class_of(Study, "kind"))
 
 
 def study_class(kind: str) -> type[Study]:
-    """The class of a kind of study; raises `InputError` for an unknown one."""
-    if kind not in STUDIES:
-        raise unknown_name("study.kind", kind, STUDIES)
+    """The class of a kind of study; raises `NotInstalledError` for an unknown one."""
+    STUDIES.check("study.kind", kind)
     return STUDIES[kind]

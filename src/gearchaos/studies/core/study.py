@@ -12,6 +12,7 @@ import numpy as np
 
 from gearchaos.datasets import from_netcdf_bytes, netcdf_bytes, new_dataset, provenance, variable
 from gearchaos.display import HasCard
+from gearchaos.doors import versions_of
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.response import MESH, MeshResponse
 from gearchaos.dynamics.settings import as_settings
@@ -242,7 +243,7 @@ class Study(HasCard, ABC):
         torque = [axis for axis in self._axes() if axis.name == "torque"]
         if torque:  # by which `physical` recognises a result from which the coordinate was dropped
             settings["torque_range"] = [torque[0].start, torque[0].stop]
-        return provenance(self.kind, self.model, **settings)
+        return provenance(self.kind, self.model, **settings) | versions_of(type(self))
 
     def _axes(self) -> list[Axis]:
         """All fields that are axes."""
