@@ -30,7 +30,7 @@ _OTHERS = {
     "assess": "studies.speeds.assess",
     "prove": "studies.proofs.proofs", "prove_event": "studies.proofs.proofs", "prove_box": "studies.proofs.proofs",
     "prove_chaos": "studies.proofs.chaos_proof",
-    "card": "cards.card", "save": "datasets",
+    "card": "cards.card", "save": "formats",
     "load": "store.read", "run": "store.run", "Outcome": "store.run",
     "explore": "explorer.web.server",
     "SymbolicModel": "interchange.symbolic", "script": "interchange.scripts",

@@ -1,30 +1,25 @@
-"""The Datasets that studies return: attributes of their variables, provenance, saving and loading."""
+"""The Datasets that studies return: attributes of their variables, provenance, their bytes as NetCDF."""
 
 from __future__ import annotations
 
 import io
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib import metadata
 from itertools import product
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.csv_tables import save_csv
 from gearchaos.doors import NotInstalledError, versions_of
 from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
-from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES, NOT_REGULAR, UFF_SUFFIXES, check_target, write_bytes
 from gearchaos.gears.operation.operating import gears_json, gears_of
 from gearchaos.model import STIFFNESS_KINDS, GearModel, MeshModel, TransmissionError
 from gearchaos.proof.certificate import REASON_CODES, Proved
 from gearchaos.quantities import RESPONSES, parse, quantity
-from gearchaos.uff_files import save_uff
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -194,66 +189,6 @@ def _versions() -> dict[str, str]:
     return {f"{p}_version": metadata.version(p) for p in PACKAGES}
 
 
-def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
-    """Write a Dataset as a NetCDF file (HDF5) with checksums, or as tables of text.
-
-    A file appears, or replaces an older one, only when it is complete.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        The result of any study.
-    path : path
-        Its suffix must be .nc, .nc4, .netcdf, .h5, .hdf5, .csv, .uff or .unv, or empty. CSV has a row for each cell,
-        column, point or event. The titles of its columns have units; a value whose unit is none of SI has a second
-        column in SI. Codes are in words. What is over other dimensions than the first variable is in files of its own,
-        ``x_number.csv`` beside ``x.csv``. It lacks the attributes, such as the model: only NetCDF can be loaded.
-        UFF, which needs pyuff, has the order spectra of `orders` and `runup` in the units of the gears, and signals.
-
-    Returns
-    -------
-    list of Path
-        The files written, ``path`` first.
-
-    Raises
-    ------
-    InputError
-        If ``dataset`` is not a Dataset, the suffix is another, or the path cannot be written to.
-
-    Examples
-    --------
-    >>> import gearchaos as gc
-    >>> from tempfile import TemporaryDirectory
-    >>> motion = gc.simulate(gc.MeshModel.of(q0=0.1), periods=4)
-    >>> with TemporaryDirectory() as folder:
-    ...     written = gc.save(motion, f"{folder}/motion.nc")
-    ...     gc.load(f"{folder}/motion.nc").equals(motion)
-    True
-    >>> with TemporaryDirectory() as folder:
-    ...     (table,) = gc.save(motion[["section_z"]], f"{folder}/motion.csv")
-    ...     table.read_text().splitlines()[0]
-    'period [T],section_z [delta]'
-    """
-    import xarray as xr
-
-    target = Path(path)
-    if not isinstance(dataset, xr.Dataset):
-        raise InputError("dataset", "must be an xarray.Dataset", f"a {type(dataset).__name__}",
-                         "E.g. save(gc.regime(model).to_dataset(), path) for a verdict.")
-    if target.suffix and target.suffix.lower() not in (*DATA_SUFFIXES, *UFF_SUFFIXES):
-        known = ", ".join((*DATA_SUFFIXES, *UFF_SUFFIXES))
-        raise InputError("path", f"must end in {known}, or have no ending", str(target),
-                         "It is NetCDF that is written, with .csv a table, with .uff spectra and signals.")
-    check_target("path", target)
-    if target.suffix.lower() == CSV_SUFFIX:
-        return save_csv(dataset, target)
-    if target.suffix.lower() in UFF_SUFFIXES:
-        save_uff(dataset, target)
-        return [target]
-    write_bytes(target, netcdf_bytes(dataset))
-    return [target]
-
-
 def netcdf_bytes(dataset: xr.Dataset) -> memoryview:
     """The bytes of a NetCDF file (HDF5) with checksums that holds a Dataset.
 
@@ -283,52 +218,3 @@ def with_checksums(dataset: xr.Dataset) -> xr.Dataset:
         if variable.dims and variable.dtype.kind not in "OUT":
             variable.encoding["fletcher32"] = True
     return out
-
-
-def load(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a Dataset that `gearchaos.save` wrote.
-
-    Parameters
-    ----------
-    path : path
-        A NetCDF file.
-
-    Returns
-    -------
-    xarray.Dataset
-
-    Raises
-    ------
-    InputError
-        If there is no file at the path, or it is damaged or not NetCDF.
-
-    Examples
-    --------
-    >>> import gearchaos as gc
-    >>> from tempfile import TemporaryDirectory
-    >>> zones = gc.zones(gc.MeshModel.of(q0=0.1), "omega=0.9:1.1:2", "eps1=0.1:0.2:2")
-    >>> with TemporaryDirectory() as folder:
-    ...     paths = gc.save(zones, f"{folder}/zones.nc")
-    ...     gc.load(f"{folder}/zones.nc").equals(zones)
-    True
-    """
-    import xarray as xr
-
-    if not Path(path).is_file() or Path(path).suffix.lower() in (CSV_SUFFIX, *UFF_SUFFIXES, ".toml"):
-        advice = "There is no such file."
-        if Path(path).suffix.lower() == ".toml" and Path(path).is_file():
-            advice = "gearchaos.open reads the gears or the model of a study file."
-        elif Path(path).is_file():
-            advice = ("It lacks the model and the settings. Save the result as NetCDF, --out FILE.nc, or draw it at "
-                      "once with --plot FILE.png.")
-        elif Path(path).is_dir():
-            advice = "gearchaos.load reads the folder of a run."
-        elif Path(path).exists():
-            advice = f"It is {NOT_REGULAR}."
-        raise InputError("path", "must be a NetCDF file", str(path), advice)
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return dataset.load()
-    except (OSError, KeyError) as error:  # KeyError if the entry of a name is damaged
-        raise InputError("path", "must be a NetCDF file, whole and readable", str(path),
-                         f"If gearchaos saved it, it is damaged: save it again. ({error})") from error

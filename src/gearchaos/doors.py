@@ -35,6 +35,13 @@ def versions_of(*values: Any) -> dict[str, str]:
     return {f"{entry.dist.name}_version": entry.dist.version for entry in found if entry is not None and entry.dist}
 
 
+def is_offered(group: str, name: str) -> bool:
+    """Whether an installed package has an entry point of this name in a group; nothing is loaded."""
+    from importlib.metadata import entry_points
+
+    return bool(entry_points(group=group, name=name))
+
+
 def class_of(base: type, attribute: str) -> Callable[[str, Any], str]:
     """The check of a `Register` of classes that derive from ``base``, and have their name in an attribute."""
     def fault(name: str, value: Any) -> str:

@@ -19,10 +19,6 @@ from uuid import uuid4
 
 from gearchaos.errors import InputError
 
-CSV_SUFFIX = ".csv"
-# suffixes of files of results: NetCDF-4, which is HDF5, and tables of text
-DATA_SUFFIXES = (".nc", ".nc4", ".netcdf", ".h5", ".hdf5", CSV_SUFFIX)
-UFF_SUFFIXES = (".uff", ".unv")  # of files for programs of test benches, which spectra and signals have as well
 NOT_REGULAR = "not a regular file but a device, a pipe or a socket"  # a path that is no folder either
 # attempts at removing a temporary folder, 50 ms apart, while threads that write to it come to their end
 _REMOVALS = 20

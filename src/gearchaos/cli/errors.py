@@ -10,9 +10,9 @@ import shutil
 import sys
 import textwrap
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, ClassVar
 
 import typer
 from typer.core import TyperGroup
@@ -28,20 +28,15 @@ class Terminated(KeyboardInterrupt):
 
 
 class Commands(TyperGroup):
-    """The group of all commands, which reports their errors; a study of another package has one made when asked."""
+    """The group of all commands, which reports their errors.
+
+    A command that it has not is asked of ``more``: it may be that of a study of another package.
+    """
+
+    more: ClassVar[Callable[[str], Any]] = lambda name: None
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        found = super().get_command(ctx, cmd_name)
-        if found is not None or cmd_name.startswith("-"):
-            return found
-        from gearchaos.studies.core.registry import STUDIES
-
-        kind = cmd_name.replace("-", "_")
-        if kind not in STUDIES.offers or kind not in STUDIES:
-            return None
-        from gearchaos.cli.studies import command_of
-
-        return command_of(kind, STUDIES[kind])
+        return super().get_command(ctx, cmd_name) or type(self).more(cmd_name)
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         with reported():  # --version and --help print while arguments are parsed

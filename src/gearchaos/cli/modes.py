@@ -13,6 +13,7 @@ from gearchaos.cli.options import Json, Sets, app
 from gearchaos.cli.output import (
     PLOT_SUFFIXES,
     check_output,
+    check_result,
     draw,
     plain_table,
     print_json,
@@ -21,7 +22,6 @@ from gearchaos.cli.output import (
     save,
 )
 from gearchaos.errors import InputError
-from gearchaos.files import DATA_SUFFIXES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +43,7 @@ def modes(
     json_out: Json = False,
 ) -> None:
     """Show the natural frequencies of gears in contact, where their energy is, and at which speeds meshes meet them."""
-    check_output("--out", out, DATA_SUFFIXES)
+    check_result("--out", out)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.model import MeshModel
     from gearchaos.studies.vibration.natural_frequencies import natural_frequencies

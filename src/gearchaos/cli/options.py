@@ -17,6 +17,7 @@ from gearchaos.cli import completion
 from gearchaos.cli.errors import Commands, say
 from gearchaos.cli.process import load_kernels
 from gearchaos.errors import InputError
+from gearchaos.formats import help_words
 from gearchaos.quantities import OPERATION
 
 if TYPE_CHECKING:
@@ -75,11 +76,11 @@ StartsPerCell = Annotated[int | None, typer.Option("--starts", help=_OF_ZONES["s
 StatesAfter = Annotated[str | None, typer.Option("--load-change", metavar="LAMBDA|none",
                                                  help=_OF_ZONES["load_change"]["help"])]
 Refine = Annotated[int | None, typer.Option("--refine", metavar="N", help=_OF_ZONES["refine"]["help"])]
-_OUT = typer.Option("--out", metavar="FILE", help="File to write: NetCDF, or .csv for tables.", readable=False)
+_OUT = typer.Option("--out", metavar="FILE", help=f"File to write: {help_words()}.", readable=False)
 Out = Annotated[Path, _OUT]
 OutIfWanted = Annotated[Path | None, _OUT]
 SpectrumOut = Annotated[Path | None, typer.Option(
-    "--out", metavar="FILE", help="File to write: NetCDF, .csv for tables, or .uff for programs of test benches.",
+    "--out", metavar="FILE", help=f"File to write: {help_words(spectra=True)}.",
     readable=False)]
 Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import say
 from gearchaos.errors import InputError
-from gearchaos.files import UFF_SUFFIXES, check_target, strict_json, write_bytes
+from gearchaos.files import check_target, strict_json, write_bytes
+from gearchaos.formats import format_of
 from gearchaos.quantities import OPERATION, quantity
 
 if TYPE_CHECKING:
@@ -45,11 +46,20 @@ def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
         return
     if path.suffix and path.suffix.lower() not in suffixes:
         raise InputError(option, f"must end in {', '.join(suffixes)}", str(path))
-    check_target(option, path)
-    if path.suffix.lower() in UFF_SUFFIXES:
-        from gearchaos.uff_files import check_installed
+    _check_writable(option, path)
 
-        check_installed(option)
+
+def check_result(option: str, path: Path | None, spectra: bool = False) -> None:
+    """Raise `InputError` unless ``path`` is that of a format of results, of one for ``spectra`` or for any result, and
+    a file can be written there."""
+    if path is not None:
+        format_of(option, path, spectra).check(option)
+        _check_writable(option, path)
+
+
+def _check_writable(option: str, path: Path) -> None:
+    """Raise `InputError` unless a file can be written at ``path``."""
+    check_target(option, path)
     try:
         with tempfile.TemporaryFile(dir=path.parent):
             writable = not path.exists() or os.access(path, os.W_OK)

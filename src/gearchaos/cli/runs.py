@@ -16,9 +16,9 @@ from gearchaos.cli import completion, output
 from gearchaos.cli.errors import say
 from gearchaos.cli.interrupts import finish_what_is_under_way
 from gearchaos.cli.options import AxisTexts, Json, Out, Physical, Sets, StudyPath, app, load, parse_axes, study_axes
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, print_json, say_written
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, check_result, print_json, say_written
 from gearchaos.errors import InputError
-from gearchaos.files import CSV_SUFFIX, DATA_SUFFIXES
+from gearchaos.formats import format_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -318,8 +318,7 @@ def _default_picture(result: str, colour: str) -> Path:
 @app.command(rich_help_panel="Runs")
 def export(store: StorePath, out: Out, physical: Physical = False) -> None:
     """Write the result in a store as NetCDF, or as tables of text."""
-    check_output("--out", out, DATA_SUFFIXES)
-    from gearchaos.csv_tables import save_csv
+    check_result("--out", out)
     from gearchaos.store.read import dataset as stored
     from gearchaos.store.store import open_store
 
@@ -329,15 +328,11 @@ def export(store: StorePath, out: Out, physical: Physical = False) -> None:
     if not physical:
         _say_dimensionless(dataset)
     in_units = partial(_in_units, physical=physical)
-    if not found.study.gridded:
+    write_blocks = format_of("--out", out).write_blocks
+    if write_blocks is None or not found.study.gridded:
         output.save(in_units(dataset), out)
-    elif out.suffix.lower() == CSV_SUFFIX:
-        say_written(*save_csv(dataset, out, in_units, next(iter(found.block.values()))))
     else:
-        from gearchaos.export import export_dataset
-
-        export_dataset(dataset, found.arrays, found.block, out, in_units)
-        say_written(out)
+        say_written(*write_blocks(dataset, found.arrays, found.block, out, in_units))
 
 
 @app.command(rich_help_panel="Runs")

@@ -7,22 +7,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from gearchaos import catalogue
 from gearchaos.cli import options
 from gearchaos.cli.avoided import LoadChange, Wide, change_of
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import Commands, say
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import TORQUES, Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, draw, print_json, save, write_certificate
+from gearchaos.cli.output import PLOT_SUFFIXES, check_output, check_result, draw, print_json, save, write_certificate
+from gearchaos.doors import is_offered
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.files import DATA_SUFFIXES, UFF_SUFFIXES
-
-if TYPE_CHECKING:
-    from gearchaos.studies.core.study import Study
+from gearchaos.formats import UFF
 
 
 def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
@@ -57,7 +55,7 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     for name, option in entry["options"].items():
         if option.get("file_only") and values[name] is not None and out is None:
             raise InputError(f"--{name}", "needs --out", values[name], option["file_only"])
-    check_output("--out", out, DATA_SUFFIXES)
+    check_result("--out", out)
     check_output("--plot", plot, PLOT_SUFFIXES)
     given_axes = options.parse_axes(values.pop("axis", None), [*entry["axes"].values()])
     loaded = options.load(path, sets, physical, given_axes)
@@ -149,7 +147,6 @@ def regime(
         draw(motion, plot, title=f"{verdict.label}: {verdict.reason}")
 
 
-_SPECTRUM_SUFFIXES = (*DATA_SUFFIXES, *UFF_SUFFIXES)
 Column = Annotated[
     list[str] | None, typer.Option(metavar="NAME=HEADER", help="A column of the table and its unit: "
                                    "amplitude=\"Force [N]\"; may be repeated.")
@@ -201,9 +198,12 @@ def runup(
     json_out: Json = False,
 ) -> None:
     """Run gears up through a range of speeds: where the motion jumps, its peaks, and the orders of the mesh force."""
-    for option, path, suffixes in (("--out", out, _SPECTRUM_SUFFIXES), ("--plot", plot, PLOT_SUFFIXES), (
-            "--wav", wav, (".wav",)), ("--uff", uff, UFF_SUFFIXES)):
+    check_result("--out", out, spectra=True)
+    for option, path, suffixes in (
+            ("--plot", plot, PLOT_SUFFIXES), ("--wav", wav, (".wav",)), ("--uff", uff, UFF.suffixes)):
         check_output(option, path, suffixes)
+    if uff is not None:
+        UFF.check("--uff")
     for option, path, others in (("--out", out, (against,)), ("--uff", uff, (out, against))):
         if path is not None and path.resolve() in {each.resolve() for each in others if each is not None}:
             raise InputError(option, "must be a file of its own", str(path))
@@ -281,7 +281,7 @@ def orders(
     json_out: Json = False,
 ) -> None:
     """Show the order spectrum of a steady motion: mesh harmonics, their sidebands, and whose they are."""
-    check_output("--out", out, _SPECTRUM_SUFFIXES)
+    check_result("--out", out, spectra=True)
     check_output("--plot", plot, PLOT_SUFFIXES)
     loaded = options.load(gears, sets, physical=True)
     other = None if against is None else options.load(against, options.operating_point(sets), physical=True).model
@@ -317,7 +317,7 @@ def fit(
     json_out: Json = False,
 ) -> None:
     """Fit damping, backlash and transmission error of a gear pair to measured orders over the speed."""
-    check_output("--out", out, DATA_SUFFIXES)
+    check_result("--out", out)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.fit.fit import Fit
@@ -368,7 +368,7 @@ def scatter(
     json_out: Json = False,
 ) -> None:
     """Say how likely contact is lost where inputs are uncertain, which input matters, and what tightening it brings."""
-    check_output("--out", out, DATA_SUFFIXES)
+    check_result("--out", out)
     check_output("--plot", plot, PLOT_SUFFIXES)
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.core.axis import Axis
@@ -413,15 +413,20 @@ _OWN: dict[str, Callable[..., None]] = {
     "regime": regime, "runup": runup, "orders": orders, "fit": fit, "scatter": scatter}
 """Commands that print a verdict and not a Dataset, or have options of their own."""
 
-def command_of(kind: str, study: type[Study]) -> Any:
-    """The command of a study of another package."""
+def command_of(name: str) -> Any:
+    """The command of a study of another package; None if none offers one of this name."""
+    kind = name.replace("-", "_")
+    if not is_offered("gearchaos.studies", kind):
+        return None
     from gearchaos.studies.core.generate import entry_of
+    from gearchaos.studies.core.registry import study_class
 
-    own = typer.Typer()
-    own.command(kind.replace("_", "-"))(study_command(kind, entry_of(study)))
+    entry, own = entry_of(study_class(kind)), typer.Typer()
+    own.command(name)(study_command(kind, entry))
     return typer.main.get_command(own)
 
 
+Commands.more = command_of
 for _kind, _entry in catalogue.STUDIES.items():
     app.command(_kind.replace("_", "-"), rich_help_panel=_entry["group"])(
         _OWN.get(_kind) or study_command(_kind, _entry))

@@ -168,8 +168,9 @@ def run_into_store(
 ) -> Outcome:
     """Compute a study into a store, or resume it: `run` with ``out`` and a pool of workers, by default of threads."""
     if type(study) is not STUDIES.get(study.kind):
-        raise InputError("study", "must be of a kind that gearchaos.studies.core.registry names",
-                         f"a {type(study).__name__}", "A store records the kind; compute this one in memory.")
+        raise InputError("study", "must be of a kind that gearchaos or an installed package offers",
+                         f"a {type(study).__name__}", "A store records the kind; compute this one in memory, or offer "
+                         "it: docs/howto/extend.md.")
     tile = None if tile is None else whole_number("tile", tile, 1)
     to_record(study)  # raises an error for what cannot be kept, before any work
     shard, objects = shard or Shard(), Objects(path)

@@ -159,6 +159,6 @@ def test_only_studies_are_run_and_those_of_a_registered_kind_into_a_store(tmp_pa
     class Other(gc.Zones):
         pass
 
-    with pytest.raises(gc.InputError, match=r"must be of a kind that gearchaos.studies.core.registry names"):
+    with pytest.raises(gc.InputError, match=r"must be of a kind that gearchaos or an installed package offers"):
         gc.run(Other(MODEL, X, Y, settings=QUICK), tmp_path / "s.zarr")
     assert list(tmp_path.iterdir()) == []
