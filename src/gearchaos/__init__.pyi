@@ -18,10 +18,10 @@ from gearchaos.continuation.orbit import Orbit
 from gearchaos.continuation.orbit import orbit as orbit
 from gearchaos.continuation.orbit import orbits as orbits
 from gearchaos.continuation.saddles import EdgeState
-from gearchaos.datasets import save as save
 from gearchaos.dynamics.settings import Classification as Classification
 from gearchaos.errors import InputError as InputError
 from gearchaos.explorer.web.server import explore as explore
+from gearchaos.formats import save as save
 from gearchaos.gears.design.gear_design import GearDesign as GearDesign
 from gearchaos.gears.mesh.pair import GearPair as GearPair
 from gearchaos.gears.operation.operating import AnyModel

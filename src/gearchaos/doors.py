@@ -10,7 +10,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
-from inspect import isabstract
 from threading import RLock
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -47,17 +46,18 @@ def class_of(base: type, attribute: str) -> Callable[[str, Any], str]:
     def fault(name: str, value: Any) -> str:
         if not (isinstance(value, type) and issubclass(value, base)):
             return f"it must be a class that derives from {base.__module__}.{base.__name__}"
-        if isabstract(value):
-            return f"it must define {', '.join(sorted(value.__abstractmethods__))}"
+        if missing := getattr(value, "__abstractmethods__", None):
+            return f"it must define {', '.join(sorted(missing))}"
         return misnamed(name, getattr(value, attribute, None), attribute)
     return fault
 
 
 def value_of(kind: type, attribute: str) -> Callable[[str, Any], str]:
-    """The check of a `Register` of values of one class, which have their name in an attribute."""
+    """The check of a `Register` of values of one class, which have their name in an attribute, if it is not empty."""
     def fault(name: str, value: Any) -> str:
-        return (misnamed(name, getattr(value, attribute), attribute) if isinstance(value, kind) else
-                f"it must be a {kind.__module__}.{kind.__name__}")
+        if not isinstance(value, kind):
+            return f"it must be a {kind.__module__}.{kind.__name__}"
+        return misnamed(name, getattr(value, attribute), attribute) if attribute else ""
     return fault
 
 

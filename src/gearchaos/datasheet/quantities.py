@@ -71,7 +71,9 @@ class Entry:
 def datasheet(design: GearDesign) -> dict[str, Entry]:
     """All quantities of a design by name; those that need a missing input have a reason instead of a value."""
     results, entries = _Results(design), dict[str, Entry]()
-    for group, name, (formula, compute) in ((g, n, row) for g, rows in _GROUPS.items() for n, row in rows.items()):
+    of_standards = {name: row for each in standards() for name, row in _standard_rows(each).items()}
+    groups = {**_GROUPS, "Dynamic factor": of_standards}
+    for group, name, (formula, compute) in ((g, n, row) for g, rows in groups.items() for n, row in rows.items()):
         value: Any = None
         reason, expected = "", False
         try:
@@ -279,7 +281,8 @@ def _standard_rows(standard: Standard) -> dict[str, _Row]:
 _MODEL = "gearchaos, docs/gears.md"
 _RESONANCE = formulas(Resonance)
 
-# the quantities by heading and name: how each is described, and a function that takes it from the results
+# the quantities by heading and name, but those of the dynamic factor by standards: how each is described, and a function
+# that takes it from the results
 _GROUPS: dict[str, dict[str, _Row]] = {
     "Geometry": _of("geometry", GEOMETRY_FORMULAS),
     "Backlash and inertia": _of("design", DESIGN_FORMULAS),
@@ -369,7 +372,6 @@ _GROUPS: dict[str, dict[str, _Row]] = {
         "resonance_ratio": _row(lambda results: results.resonance.ratio(results.design.given("speed") * RPM), "N", "",
                                 1.0, "n1/n_E1 at the mean stiffness by the method of the design",
                                 "ISO 6336-1:2006, 6.4.2, (9)")},
-    "Dynamic factor": {name: row for each in standards() for name, row in _standard_rows(each).items()},
 }
 
 

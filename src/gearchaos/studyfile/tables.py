@@ -77,8 +77,8 @@ def _stiffness_table(kinds: Mapping[str, type[Stiffness]]) -> Any:
     return create_model(
         "StiffnessTable",
         __base__=Series,
-        kind=(Literal[tuple(kinds)], next(iter(kinds))),  # type: ignore[arg-type,valid-type]
-        **{
+        kind=(Literal[tuple(kinds)], next(iter(kinds))),
+        **{  # type: ignore[call-overload]
             name: (list[float], []) if name in kind.lists() else (float | None, None)
             for kind in kinds.values() for name in kind.record_keys() if name not in Series.model_fields
         },
@@ -100,7 +100,7 @@ def _model_table(stiffness: Any) -> Any:
         damping_law=(str, DEFAULT_LAW),
         error=(Series, Series()),
         stiffness=(stiffness, stiffness()),
-        **{name: (float | None, None) for name in MODEL_NAMES},
+        **{name: (float | None, None) for name in MODEL_NAMES},  # type: ignore[call-overload]
     )
 
 

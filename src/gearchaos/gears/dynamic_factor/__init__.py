@@ -2,7 +2,8 @@
 
 To add a standard, add a module to this folder. It has a function of a `GearDesign`, which returns `Refused` outside its
 validity, a frozen dataclass for its result, whose numbers are `described`, and a `Standard` with the name ``STANDARD``.
-Datasheet, JSON, printed tables, Datasets and pictures then have it. Main resonance, ISO 6336-1:2006, 6.4.2, is here for
+Datasheet, JSON, printed tables, Datasets and pictures then have it. Another package offers its `Standard` in the group
+``gearchaos.standards``. Main resonance, ISO 6336-1:2006, 6.4.2, is here for
 all.
 """
 
@@ -13,9 +14,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from gearchaos.gears.io.fields import declared, described
+from gearchaos.doors import Register, value_of
+from gearchaos.gears.io.fields import declared, described, formulas
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
@@ -76,11 +78,25 @@ class Standard:
         return Refused(f"The design gives no {' and no '.join(missing)}.") if missing else self.compute(design)
 
 
+def _fault(name: str, found: Any) -> str:
+    """What is wrong with a standard of another package; empty if nothing is."""
+    if wrong := value_of(Standard, "name")(name, found):
+        return wrong
+    if not name.startswith("Kv_"):
+        return "its name must begin with Kv_"
+    lacks = [field for field in ("value", *found.beside.values()) if field not in formulas(found.result)]
+    return f"its result must have {', '.join(lacks)}, described with a formula" if lacks else ""
+
+
 @cache
+def _register() -> Register[Standard]:
+    own: list[Standard] = declared(__name__, "STANDARD")
+    return Register("gearchaos.standards", {each.name: each for each in own}, _fault)
+
+
 def standards() -> tuple[Standard, ...]:
-    """All standards: those of ISO first, then the others by name."""
-    found: list[Standard] = declared(__name__, "STANDARD")
-    return tuple(sorted(found, key=lambda each: (not each.name.startswith("Kv_ISO"), each.name)))
+    """All standards, of other packages as well: those of ISO first, then the others by name."""
+    return tuple(sorted(_register().values(), key=lambda each: (not each.name.startswith("Kv_ISO"), each.name)))
 
 
 class SpeedRange(Enum):

@@ -7,6 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 
+def unchanged(omega: Any) -> float:
+    """The coefficient 1 of ζ."""
+    return 1.0
+
+
 @dataclass(frozen=True)
 class DampingLaw:
     """Where the mesh damping 2ζz' acts. Whatever depends on it asks its law; `gearchaos.flow` knows it by its name.
@@ -23,4 +28,4 @@ class DampingLaw:
     comment: str  # the mesh force in words, for files of results
     script: str  # the mesh force in Python, from z', the spring force, and the side of the contact, 0 for none
     acts_as: str = ""  # the name of the law that the kernels know; empty for one of these
-    coefficient: Callable[[Any], Any] = lambda omega: 1.0
+    coefficient: Callable[[Any], Any] = unchanged

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
+from gearchaos.doors import Register, value_of
 from gearchaos.errors import InputError
 from gearchaos.gears.io import units
 from gearchaos.gears.io.fields import Record, read_by
@@ -25,6 +26,24 @@ def _whole(field: str, value: Any) -> int:
     return int(value.__index__())
 
 
+FAULTS: Register[FaultKind] = Register(
+    "gearchaos.faults", {"stiffness_loss": STIFFNESS_LOSS, "crack_depth": CRACK, "wear": WEAR}, value_of(FaultKind, ""))
+"""The kinds of faults by name; those of gearchaos are fields of `Fault`, those of other packages are in ``others``."""
+
+
+def _others(field: str, value: Any) -> tuple[tuple[str, float], ...]:
+    """Faults of other packages, from a table of their values by kind, or from the pairs that this returns."""
+    try:
+        given = dict(value)
+    except (TypeError, ValueError):
+        raise InputError(field, "must be a table", value, "E.g. others = { pitting = 0.2 }.") from None
+    for name in given:
+        FAULTS.check(f"{field}.{name}", name)
+        if name in FAULTS.own:
+            raise InputError(f"{field}.{name}", "must stand beside others, not in it", given[name])
+    return tuple((name, FAULTS[name].read(f"{field}.{name}", each)) for name, each in given.items())
+
+
 def _of_kind(kind: FaultKind) -> dict[str, Any]:
     return {**read_by(kind.read), "kind": kind}
 
@@ -33,19 +52,22 @@ def _of_kind(kind: FaultKind) -> dict[str, Any]:
 class Fault(Record):
     """A tooth that differs: of the pairs in which it meshes the share ``stiffness_loss`` of the stiffness is lost, 1
     for a missing tooth, and its driving flank stands back by ``wear`` along the line of action. Of a design the loss
-    may be given by ``crack_depth``, that of a crack from the root circle into the tooth."""
+    may be given by ``crack_depth``, that of a crack from the root circle into the tooth. ``others`` are the values of
+    kinds that other packages offer."""
 
     wheel: int = field(metadata=read_by(_whole))
     tooth: int = field(metadata=read_by(_whole))
     stiffness_loss: float = field(default=0.0, metadata=_of_kind(STIFFNESS_LOSS))
     crack_depth: Any = field(default=0.0, metadata=_of_kind(CRACK))
     wear: Any = field(default=0.0, metadata=_of_kind(WEAR))
+    others: Any = field(default=(), metadata=read_by(_others))
 
     @property
     def found(self) -> dict[str, tuple[FaultKind, float]]:
         """The kinds of fault that the tooth has, with their values, by field."""
-        return {f.name: (f.metadata["kind"], value) for f in fields(self)
-                if "kind" in f.metadata and (value := getattr(self, f.name))}
+        own = {f.name: (f.metadata["kind"], value) for f in fields(self)
+               if "kind" in f.metadata and (value := getattr(self, f.name))}
+        return own | {name: (FAULTS[name], value) for name, value in self.others if value}
 
     @property
     def kept(self) -> float:
@@ -67,7 +89,9 @@ class Fault(Record):
         known: dict[str, Any] = dict.fromkeys(self.drawn, 0.0)
         for kind, value in self.drawn.values():
             known[kind.gives] = kind.given(pairs, self.wheel - 1, value)
-        return replace(self, **known)
+        others = tuple((name, value) for name, value in self.others if name not in known)
+        return replace(self, **{name: value for name, value in known.items() if name not in dict(self.others)},
+                       others=others)
 
 
 def check_faults(faults: Sequence[Fault], teeth: Sequence[int], drawn: bool) -> None:

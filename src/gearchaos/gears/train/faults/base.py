@@ -13,7 +13,8 @@ from gearchaos.gears.io.fields import Convert
 class FaultKind:
     """A way in which a tooth differs from the others, by one number, a field of `Fault`: 0 where it does not.
 
-    **To add a kind,** write one in a file of its own, and enter it as a field of `Fault`.
+    **To add a kind,** write one in a file of its own, and enter it as a field of `Fault`. Another package
+    offers one in the group ``gearchaos.faults``: the name of the entry point is its key in ``others``.
     """
 
     read: Convert  # how its number is read
