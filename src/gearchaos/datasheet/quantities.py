@@ -281,8 +281,8 @@ def _standard_rows(standard: Standard) -> dict[str, _Row]:
 _MODEL = "gearchaos, docs/gears.md"
 _RESONANCE = formulas(Resonance)
 
-# the quantities by heading and name, but those of the dynamic factor by standards: how each is described, and a function
-# that takes it from the results
+# the quantities by heading and name, but those of standards: how each is described, and a function that takes it from
+# the results
 _GROUPS: dict[str, dict[str, _Row]] = {
     "Geometry": _of("geometry", GEOMETRY_FORMULAS),
     "Backlash and inertia": _of("design", DESIGN_FORMULAS),

@@ -36,6 +36,7 @@ from gearchaos.quantities.tables import (
     VERDICTS,
     ask_if_unknown,
     declare,
+    declare_results,
     find,
     parse_harmonic,
     quantity,
@@ -44,5 +45,6 @@ from gearchaos.quantities.tables import (
 __all__ = [
     "COORDINATES", "GEARS", "HARMONICS", "NOT_NEGATIVE", "OPERATION", "PARAMETERS", "PARAMETER_PAIRS", "POSITIVE",
     "PREFIXES", "RESPONSES", "RESULTS", "STIFFNESS_PARAMETERS", "VERDICTS", "Name", "Physical", "Quantity", "Range",
-    "Rule", "ask_if_unknown", "declare", "find", "parameter_owner", "parse", "parse_harmonic", "quantity",
+    "Rule", "ask_if_unknown", "declare", "declare_results", "find", "parameter_owner", "parse", "parse_harmonic",
+    "quantity",
 ]

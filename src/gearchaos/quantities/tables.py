@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from gearchaos.errors import unknown_name
+from gearchaos.errors import InputError, unknown_name
 from gearchaos.quantities.quantity import NOT_NEGATIVE, POSITIVE, Name, Physical, Quantity, Range, parse
 
 _DAMPING = replace(NOT_NEGATIVE, advice="Damping takes energy out; use 0 for none.")
@@ -409,6 +409,14 @@ def declare(rows: Iterable[Quantity], families: Iterable[Quantity]) -> None:
     HARMONICS.update({family.name: family for family in families})
     find.cache_clear()
     parse_harmonic.cache_clear()
+
+
+def declare_results(rows: Iterable[Quantity]) -> None:
+    """Add the variables of the results of a study, which no result had before, to what can be looked up."""
+    for row in rows:
+        if _BY_NAME.setdefault(row.name, row) != row:
+            raise InputError("quantities", "must be of new names", row.name, "A name means the same everywhere.")
+    find.cache_clear()
 
 
 _ASKED: list[Callable[[], object]] = []

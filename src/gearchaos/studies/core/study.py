@@ -20,7 +20,7 @@ from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.operation.operating import Gears, as_model, gears_of
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
-from gearchaos.quantities import OPERATION
+from gearchaos.quantities import OPERATION, Quantity, declare_results, quantity
 from gearchaos.studies.core.axis import Axis, at_axis_starts, check_speed_axes
 from gearchaos.studies.core.cost import Cost, estimate
 from gearchaos.studies.core.options import Option, options_of
@@ -78,6 +78,11 @@ class Study(HasCard, ABC):
         Whether its command must be given a file for its result.
     group : str
         The group of commands in which the help of the program lists it.
+    quantities : tuple of Quantity
+        Those of its variables that no result had before.
+    variables : tuple of str
+        Names of variables of its result, all that are known before it is computed: a gridded study has some, and one
+        whose summary is a map has ``contact``. A name of no quantity is refused when the class is made.
     summary : str
         What its command prints: a name in `gearchaos.cli.summaries`.
     returns : str
@@ -95,6 +100,8 @@ class Study(HasCard, ABC):
     item_dims: ClassVar[tuple[str, ...]] = ()
     needs_out: ClassVar[bool] = False
     group: ClassVar[str] = "Motions"
+    quantities: ClassVar[tuple[Quantity, ...]] = ()
+    variables: ClassVar[tuple[str, ...]] = ()
     summary: ClassVar[str] = "result"
     returns: ClassVar[str] = "xr.Dataset"
     model_words: ClassVar[str] = ""
@@ -105,6 +112,13 @@ class Study(HasCard, ABC):
     def __init_subclass__(cls) -> None:
         own = (name for name, value in vars(cls).items() if isinstance(value, Field) and value.metadata.get("is_axis"))
         cls.axis_fields = (*cls.axis_fields, *own)
+        declare_results(cls.quantities)
+        for name in cls.variables:
+            quantity(name)
+        needed = ("contact",) if cls.summary == "map" else cls.variables or ("",) if cls.gridded else ()
+        if not set(needed) <= set(cls.variables):
+            raise InputError(f"{cls.__name__}.variables", f"must have {needed[0] or 'names'}", cls.variables,
+                             "A gridded study names its variables; the summary of a map shows contact.")
 
     def __post_init__(self) -> None:
         self._set(**{name: each.checked(getattr(self, name)) for name, each in options_of(type(self)).items()})

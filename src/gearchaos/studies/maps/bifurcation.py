@@ -76,6 +76,7 @@ class Bifurcation(ClassifyingStudy):
     gridded: ClassVar[bool] = True
     item_dims: ClassVar[tuple[str, ...]] = ("point",)
     needs_out: ClassVar[bool] = True
+    variables: ClassVar[tuple[str, ...]] = ("label", "period", "contact")
     summary: ClassVar[str] = "map"
     default_settings: ClassVar[Classification] = BIFURCATION_SETTINGS
 

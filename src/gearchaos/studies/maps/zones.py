@@ -96,6 +96,7 @@ class Zones(ClassifyingStudy):
     rank: ClassVar[int] = 5
     gridded: ClassVar[bool] = True
     needs_out: ClassVar[bool] = True
+    variables: ClassVar[tuple[str, ...]] = ("label", "period", "contact")
     summary: ClassVar[str] = "map"
     model_words: ClassVar[str] = "All parameters but the two of the axes; its initial values hold in every cell."
 

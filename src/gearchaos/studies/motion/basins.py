@@ -66,6 +66,7 @@ class Basins(AttractorStudy):
     kind: ClassVar[str] = "basins"
     rank: ClassVar[int] = 6
     needs_out: ClassVar[bool] = True
+    variables: ClassVar[tuple[str, ...]] = ("label", "period", "contact")
     summary: ClassVar[str] = "map"
     model_words: ClassVar[str] = (
         "The operating point. Initial values that are not on the axes are those of the model.")
