@@ -99,7 +99,7 @@ class Register(Mapping[str, T]):
         for entry in sorted(entry_points(group=self.group), key=_package):
             if entry.name in self.own or entry.name in found:
                 owner = "gearchaos" if entry.name in self.own else _package(found[entry.name])
-                self._refuse(entry, f"the name is taken by {owner}")
+                self._left_out(entry, f"the name is taken by {owner}")
             else:
                 found[entry.name] = entry
         return found
@@ -119,6 +119,15 @@ class Register(Mapping[str, T]):
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
+    def take_in_all(self) -> None:
+        """Load all that other packages offer, and nothing of gearchaos."""
+        for name in self.offers:
+            _ = name in self
+
+    def loaded(self) -> list[T]:
+        """Those of gearchaos, and of other packages those that were asked for already."""
+        return [*self.own.values(), *self._guests.values()]
+
     def _take_in(self, entry: EntryPoint) -> None:
         """Load what an entry point names, or say why it is left out."""
         self._refused[entry.name] = "it is being imported"  # for what asks meanwhile
@@ -128,26 +137,26 @@ class Register(Mapping[str, T]):
         except Exception as error:  # whatever the module of another package raises
             reason = f"it cannot be imported ({type(error).__name__}: {error})"
         if reason:
-            self._refuse(entry, reason)
+            self._refused[entry.name] = self._left_out(entry, reason)
             return
         del self._refused[entry.name]
         _ORIGINS[id(value)] = entry
         self._guests[entry.name] = value
         self._admit(value)
 
-    def _refuse(self, entry: EntryPoint, reason: str) -> None:
-        """Leave an entry point out, and say so once."""
+    def _left_out(self, entry: EntryPoint, reason: str) -> str:
+        """Say that an entry point is left out; the message."""
         package = _package(entry)
         text = (f"{entry.name!r} of {package} is left out: {reason}. Entry point {entry.name} = {entry.value} in "
                 f"{self.group}; update the package, or pip uninstall {package.partition(' ')[0]}.")
-        self._refused[entry.name] = text
         warnings.warn(text, stacklevel=2)
+        return text
 
     def unknown(self, field: str, name: object) -> NotInstalledError:
         """The error for a name that is none of these, which lists them and suggests one, or says whose is left out."""
         error = unknown_name(field, name := str(name), self)
         absent = f"No installed package offers it in {self.group}: docs/howto/extend.md."
-        return NotInstalledError(field, error.rule, name, self._refused.get(name) or error.advice or absent)
+        return NotInstalledError(field, error.rule, name, self._refused.get(name) or f"{error.advice} {absent}".lstrip())
 
     def check(self, field: str, name: object) -> None:
         """Raise `NotInstalledError` unless there is one of this name."""

@@ -32,7 +32,8 @@ def examples(
     folder = Path(str(files("gearchaos"))) / "examples"
     if not folder.is_dir():  # the sources are installed so that they can be edited
         folder = Path(__file__).parents[3] / "examples"
-    contents = {out / source.name: source.read_bytes() for source in sorted(folder.iterdir())}
+    contents = {out / source.name: source.read_bytes() for source in sorted(folder.iterdir())
+                if source.is_file()}
     for file, content in contents.items():
         check_target("--out", file)
         if file.exists() and read_bytes(file) != content:  # its user may have changed it

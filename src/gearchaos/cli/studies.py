@@ -421,7 +421,7 @@ def command_of(name: str) -> Any:
     from gearchaos.studies.core.generate import entry_of
     from gearchaos.studies.core.registry import study_class
 
-    entry, own = entry_of(study_class(kind)), typer.Typer()
+    entry, own = entry_of(study_class(kind)), typer.Typer(add_completion=False)
     own.command(name)(study_command(kind, entry))
     return typer.main.get_command(own)
 

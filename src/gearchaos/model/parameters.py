@@ -20,7 +20,7 @@ from gearchaos.model.base import GearModel
 from gearchaos.model.damping import DAMPING_LAWS, DEFAULT_LAW, SHARED_LAWS, Damped
 from gearchaos.model.stiffness import STIFFNESS_KINDS, Stiffness, TwoLevelStiffness, default_stiffness
 from gearchaos.model.waveforms import TransmissionError, harmonics, with_harmonics
-from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, parse, parse_harmonic
+from gearchaos.quantities import PARAMETER_PAIRS, PARAMETERS, find, parse, parse_harmonic
 from gearchaos.validation import MAX_HARMONICS, to_float
 
 Kind = Literal["single", "torsional", "full"]
@@ -196,7 +196,8 @@ class MeshModel(Damped, GearModel):
 
         Names as in `with_values`. If one of them is ``c1``, ``alpha1``, ..., the stiffness is a Fourier series.
         """
-        return cls(kind=kind, stiffness=default_stiffness(values)).with_values(values)  # type: ignore[arg-type]
+        stiffness = default_stiffness(values.keys() - _PARTS.keys())
+        return cls(kind=kind, stiffness=stiffness).with_values(values)  # type: ignore[arg-type]
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """This model with values replaced by name.
@@ -244,8 +245,8 @@ class MeshModel(Damped, GearModel):
         """
         flat: dict[str, Any] = {}
         for name, value in values.items():
-            own = None if self.stiffness.accepts(name) else next(
-                (kind for kind in STIFFNESS_KINDS.values() if kind.accepts(name)), None)
+            own = None if self.stiffness.accepts(name) or find(name) is None else next(
+                (kind for kind in STIFFNESS_KINDS.loaded() if kind.accepts(name)), None)
             if own is not None:
                 raise InputError(name, f"must be a parameter of {own.noun}", name, own.advice(name, self.stiffness))
             harmonic = parse_harmonic(name)

@@ -10,7 +10,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gearchaos.catalogue import STUDIES
 from gearchaos.datasets import gridded_variable
 from gearchaos.errors import InputError
 from gearchaos.plot._datasets import check_dataset, check_name, figure_of
@@ -28,6 +27,7 @@ from gearchaos.plot.maps import level, zones
 from gearchaos.plot.motions import motion, portrait
 from gearchaos.plot.states import attractors, basins, manifolds
 from gearchaos.plot.theme import INK, STROBE, adapt
+from gearchaos.studies.core.registry import STUDIES
 
 MOTION = "motion"  # the colouring of a map by kind of motion; the other colourings are names of variables
 
@@ -87,6 +87,8 @@ def result(
     kind = str(ds.attrs.get("study", ""))
     draw = _PICTURES.get(kind) or (_by_shape if kind in STUDIES and gridded_variable(ds) else None)
     if draw is None:
+        if kind and kind not in STUDIES:
+            raise STUDIES.unknown("dataset.study", kind)
         raise InputError("dataset", "must be the result of a study", kind or sorted(map(str, ds.variables)),
                          f"It carries the name of its study in attrs['study']: {', '.join(_PICTURES)}.")
     check_colour(ds, colour)

@@ -105,7 +105,8 @@ def test_a_wheel_holds_types_templates_and_data():
     sources = {f.relative_to(PACKAGE.parent).as_posix() for f in PACKAGE.rglob("*")
                if f.is_file() and "__pycache__" not in f.parts}
     assert {"gearchaos/py.typed", "gearchaos/__init__.pyi", "gearchaos/paper/settings.toml"} <= packed
-    assert packed == sources | {f"gearchaos/examples/{file.name}" for file in (ROOT / "examples").iterdir()}
+    assert packed == sources | {f"gearchaos/{file.relative_to(ROOT)}" for file in (ROOT / "examples").rglob("*")
+                                if file.is_file() and "__pycache__" not in file.parts}
     assert {Path(name).suffix for name in sources} <= {".py", ".pyi", ".typed", ".toml", ".j2", ".css", ".js"}
 
 

@@ -175,7 +175,7 @@ def test_the_version_is_stated_once():
 
 def test_the_examples_of_the_manual_are_written_and_what_is_there_is_kept(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    expected = {file.name: file.read_bytes() for file in (ROOT / "examples").iterdir()}
+    expected = {file.name: file.read_bytes() for file in (ROOT / "examples").iterdir() if file.is_file()}
     folder = Path("examples")
     for _ in range(2):
         ask("examples", code=0)

@@ -38,7 +38,7 @@ STIFFNESS_FORMS: dict[str, type[Stiffness]] = {found.form: found for found in ST
 
 for _found in STIFFNESS_KINDS.own.values():
     declare(_found.rows, _found.families)
-ask_if_unknown(lambda: [*STIFFNESS_KINDS])
+ask_if_unknown(STIFFNESS_KINDS.take_in_all)
 
 
 def default_stiffness(names: Iterable[str]) -> Stiffness:
@@ -47,5 +47,5 @@ def default_stiffness(names: Iterable[str]) -> Stiffness:
     It is a Fourier series, or of any later kind, if one of them is a parameter of that and not of the paper's two
     levels.
     """
-    own = [name for name in names if not TwoLevelStiffness.accepts(name)]
-    return next((kind() for kind in STIFFNESS_KINDS.values() if any(map(kind.accepts, own))), TwoLevelStiffness())
+    own = [name for name in names if not TwoLevelStiffness.accepts(name) and find(name)]  # asks other packages, too
+    return next((kind() for kind in STIFFNESS_KINDS.loaded() if any(map(kind.accepts, own))), TwoLevelStiffness())

@@ -164,8 +164,9 @@ def _single_names(name: str) -> tuple[str, ...]:
     """Names of the single parameters that an axis of this name sets, in the first kind of model that has them."""
     if name in _WITH_UNITS or "." in name:  # parameters of a model of given gears, or of the parts of a train
         return (name,)
+    find(name)  # asks other packages for one that gearchaos has not
     models = [MeshModel(kind=kind, stiffness=found.example())  # type: ignore[arg-type]
-              for found in STIFFNESS_KINDS.values() for kind in ("full", "single")]
+              for found in STIFFNESS_KINDS.loaded() for kind in ("full", "single")]
     for model in models:
         try:
             return model.set_by(name)

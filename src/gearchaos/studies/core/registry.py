@@ -7,6 +7,7 @@ from importlib import import_module
 
 from gearchaos import catalogue
 from gearchaos.doors import Register, class_of
+from gearchaos.quantities import ask_if_unknown
 from gearchaos.studies.core.study import Study
 
 
@@ -28,6 +29,7 @@ class _Studies(Mapping[str, type[Study]]):
 
 
 STUDIES: Register[type[Study]] = Register("gearchaos.studies", _Studies(), class_of(Study, "kind"))
+ask_if_unknown(STUDIES.take_in_all)
 
 
 def study_class(kind: str) -> type[Study]:
