@@ -170,6 +170,7 @@ def test_a_damping_law_scales_zeta_by_its_coefficient(install, kind):
     found = switched_system(vary(model, {"omega": np.array([0.5, 2.0])}))
     assert found.damping.tolist() == [0.16, 0.04] and found.law is CONTACT
     always = switched_system(vary(model.with_values({"damping_law": "always"}), {}))
+    install.uninstall()
     install(("damping", "hysteretic", replace(HYSTERETIC, acts_as="always", in_contact=False)))
     same = switched_system(vary(model.with_values({"omega": 1.0}), {}))
     np.testing.assert_array_equal(same.A, always.A)
