@@ -156,7 +156,8 @@ class Register(Mapping[str, T]):
         """The error for a name that is none of these, which lists them and suggests one, or says whose is left out."""
         error = unknown_name(field, name := str(name), self)
         absent = f"No installed package offers it in {self.group}: docs/howto/extend.md."
-        return NotInstalledError(field, error.rule, name, self._refused.get(name) or f"{error.advice} {absent}".lstrip())
+        advice = self._refused.get(name) or f"{error.advice} {absent}".lstrip()
+        return NotInstalledError(field, error.rule, name, advice)
 
     def check(self, field: str, name: object) -> None:
         """Raise `NotInstalledError` unless there is one of this name."""

@@ -143,7 +143,8 @@ def test_a_stiffness_stands_in_the_menu_and_the_address_of_the_explorer(plugin):
     menu = next(menu for menu in parameter_form(first, (), first).menus if menu.name == "stiffness")
     assert ("late pair", "late pair") in menu.options
     view = first.with_stiffness("late pair")
-    assert text.from_query(text.to_query(view), first).model.stiffness == view.model.stiffness == plugin.LatePairStiffness()
+    again = text.from_query(text.to_query(view), first)
+    assert again.model.stiffness == view.model.stiffness == plugin.LatePairStiffness()
     names: dict = {}
     exec(text.as_python(view).split("verdict")[0], names)
     assert names["model"].stiffness == plugin.LatePairStiffness()
@@ -248,7 +249,7 @@ def test_a_missing_package_leaves_the_data_and_says_what_to_install(plugin, file
 
     with pytest.raises(InputError, match=r"^stiffness.kind must be one of .*; got 'late pair'.* No installed package"):
         model_from_json(motion.attrs["model"])
-    for text, words in ((FILE, "study.kind must be one of"), (FILE.partition("[study]")[0], "model.stiffness.kind must be")):
+    for text, words in ((FILE, "study.kind must be"), (FILE.partition("[study]")[0], "model.stiffness.kind must be")):
         file.write_text(text)
         with pytest.raises(InputError, match=f"^{words}.*No installed package offers it in gearchaos"):
             load_study(file)
@@ -291,7 +292,7 @@ FACTOR = next(iter(dynamic_factor.standards()))
     ("damping", "dry", replace(CONTACT, name="dry", acts_as="unilateral"),
      "its in_contact and releases must be those of unilateral, True and True"),
     ("standards", "Barth", replace(FACTOR, name="Barth"), "its name must begin with Kv_"),
-    ("standards", "Kv_B", replace(FACTOR, name="Kv_B", result=Named, beside={}), "its result must have value, described"),
+    ("standards", "Kv_B", replace(FACTOR, name="Kv_B", result=Named, beside={}), "its result must have value, desc"),
     ("faults", "rust", 3, "it must be a gearchaos.gears.train.faults.base.FaultKind"),
     ("studies", "zones_too", gc.Zones, "its kind must be the name of the entry point, not 'zones'"),
     ("studies", "zones", gc.Basins, "the name is taken by gearchaos"),
@@ -304,7 +305,8 @@ def test_what_cannot_be_used_is_left_out_with_one_message(install, group, name, 
         names = [*register]
     (text,) = (str(each.message) for each in found)
     assert text.startswith(f"{name!r} of guest 0.1.0 is left out: ") and reason in text
-    assert text.endswith(f"Entry point {name} = guest:it in gearchaos.{group}; update the package, or pip uninstall guest.")
+    ending = f"Entry point {name} = guest:it in gearchaos.{group}; update the package, or pip uninstall guest."
+    assert text.endswith(ending)
     assert names == [*register.own] == [*register]
     if name not in register.own:
         with pytest.raises(InputError, match=r"must be one of .* is left out: "):
@@ -320,8 +322,12 @@ def test_of_two_packages_that_offer_one_name_the_first_has_it(install):
 
 
 def test_entry_points_are_not_read_for_names_of_gearchaos(install, monkeypatch, tmp_path):
-    def refused(**_):
-        raise AssertionError("entry points are read")
+    real = metadata.entry_points
+
+    def refused(**given):
+        if given.get("group", "").startswith("gearchaos."):
+            raise AssertionError("entry points are read")
+        return real(**given)
 
     monkeypatch.setattr(metadata, "entry_points", refused)
     model = gc.MeshModel.of("single", stiffness=gc.HarmonicStiffness((0.2,)), damping_law="contact")
