@@ -15,7 +15,7 @@ from tests.oracles.random_trains import SHAPES, random_state, random_train
 
 QUICK = [("chain", 3), ("stages", 1), ("stops", 1), ("supported", 1), ("internal", 0), ("driven", 1), ("driven", 3),
          ("pairs", 0), ("star", 1)]
-"""Shapes and seeds whose states have 4 or 9 dimensions: 4 are compiled by themselves, 9 are followed by the kernel for any
+"""Shapes and seeds whose states have 4 or 9 dimensions: for 4 there are kernels of their own, for 9 those for any
 number."""
 
 

@@ -112,7 +112,7 @@ BAD = [
     ('[model.error]\namplitudes = ["a"]', "model.error.amplitudes[0] must be a valid number; got 'a'"),
     ("[model.error]\namplitudes = [0.1]\nphases = [0, 1]", "error.phases must not be longer than amplitudes"),
     ("[model.error]\namplitude = [0.1]", "Did you mean 'amplitudes'?"),
-    ('[model.stiffness]\nkind = "sine"', "two-level; got 'sine'. No installed package offers it in gearchaos.stiffness"),
+    ('[model.stiffness]\nkind = "sine"', "two-level; got 'sine'. No installed package offers it"),
     ("[model.stiffness]\nchi2 = 1", "chi2 must be less than 1; got 1.0"),
     ("[model.stiffness]\nchi0 = 0.1\nchi1 = 0.2", "must not be given beside model.stiffness.chi1"),
     ("[model.stiffness]\namplitudes = [0.1]", "amplitudes must be left out for kind 'two-level'"),
