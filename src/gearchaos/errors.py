@@ -127,7 +127,8 @@ def unknown_name(field: str, name: str, known: Iterable[str]) -> InputError:
     Each word of the name must be like one of that: a helix angle is no slip for a pressure angle.
     """
     known = sorted(known)
-    near = [each for each in difflib.get_close_matches(name, known, n=len(known) or 1, cutoff=0.5) if all(
+    alike = difflib.get_close_matches(name, known, n=len(known) or 1, cutoff=0.5)
+    near = [each for each in known if each.lower() == name.lower()] or [each for each in alike if all(
         difflib.get_close_matches(word, _words(each), cutoff=_LIKE) for word in _words(name))]
     advice = next((answer for words, answer in _ANSWERED.items() if re.search(words, name.lower())),
                   f"Did you mean {near[0]!r}?" if near else "")

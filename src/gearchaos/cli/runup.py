@@ -62,10 +62,13 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
             root = root_in_result(dataset, most["dynamic_factor"], {"direction": way, "speed": most["speed"]})
             largest = f"dynamic factor up to {measured(most['dynamic_factor'])}{root}"
             parts.insert(0, f"{largest}, at {most['speed']:.5g} rpm")
-        kept = [] if any(states[name] for name in words) else ["contact is kept"]
-        print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts + kept)}")
+        if not any(states[name] for name in words):
+            parts.append("contact is kept")
         own = [jump for jump in content["jumps"] if jump["direction"] == way]
         clear = sorted((jump for jump in own if jump["clear"] or jump.get("event")), key=size, reverse=True)
+        if not own:
+            parts.append("no jumps")
+        print_wrapped(f"speed {'rising' if way == 'up' else 'falling'}: {'; '.join(parts)}")
         if clear:
             causes = [f": {e['kind']} at {e['speed']:.5g} rpm" if (e := jump.get("event")) else
                       f": {jump['why']}" if "why" in jump else "" for jump in clear]

@@ -59,10 +59,10 @@ def _short(found: dict[str, Any]) -> str:
 
 
 def _print_along(content: dict[str, Any], one: dict[str, Any]) -> None:
-    """A table of the probabilities along the speed; the rows are spread over it."""
-    values = content[content["along"]]
-    rows = np.unique(np.linspace(0, len(values) - 1, _SHOWN_ROWS).round().astype(int))
-    changed = one[f"probability{AFTER}"]
+    """A table of the probabilities along the speed; the rows are spread over it, and those of the largest."""
+    values, changed = content[content["along"]], one[f"probability{AFTER}"]
+    largest = [int(np.argmax(np.nan_to_num(each["along"][OUTCOMES[0]]["value"]))) for each in (one, changed) if each]
+    rows = np.unique([*np.linspace(0, len(values) - 1, _SHOWN_ROWS).round().astype(int), *largest])
     beside = "from wide states" if content["wide"] else "after load change"
     table = plain_table(f"{content['along']}\n({speed_unit(content).strip()})", "contact loss\n(95 %)",
                         *[f"{beside}\n(95 %)"] * bool(changed), "both\nflanks", "no\nrepetition",

@@ -13,6 +13,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import FAST
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import DataFile, method_in_words
+from gearchaos.gears.geometry.mechanics import PLASTIC_MODULUS
 from gearchaos.gears.io.units import RPM, measured
 
 if TYPE_CHECKING:
@@ -79,7 +80,9 @@ class Answer:
         known = self.entries["resonance_speed"].value is not None
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
-        error = "no transmission error" if d.exact else f"error {method_in_words(d.transmission_error)}"
+        error = f"error {method_in_words(d.transmission_error)}"
+        if d.exact:
+            error = f"no transmission error{' in spite of the grade' * (d.quality is not None)}"
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {d.law.words}"
         variation = ""
         if (d.shares_load or d.under_load) and self.entries["loaded_error_peak_to_peak"].value is not None:
@@ -95,7 +98,8 @@ class Answer:
                     f"; at rest no relief from these diameters lessens it, {d.geometry.least_contact} begins at "
                     f"{single} mm")
         yield "load sharing", f"{d.sharing_in_words}{variation}"
-        yield "assumed", f"stiffness {method_in_words(d.stiffness)}, {error}{damping}: vary each"
+        plastic = " (found for metals)" * (min(each.E for each in d.material) < PLASTIC_MODULUS)
+        yield "assumed", f"stiffness {method_in_words(d.stiffness)}{plastic}, {error}{damping}: vary each"
         if d.turning:
             yield "left out", LIKE_TEETH
 

@@ -203,7 +203,8 @@ def load_design(path: str | os.PathLike[str], values: Mapping[str, Any] | None =
     of_gears, others = _separated(given)
     gears = _gears_of(tables, of_gears, Path(path).parent, {})
     if not is_design(gears):
-        advice = "" if tables.train is None else "gearchaos regime says what a train does, gearchaos zones where."
+        advice = "" if tables.train is None else (
+            "gearchaos assess says which speeds of a train to avoid, gearchaos modes its frequencies.")
         raise InputError("study file", "must have a table [design]", str(path), advice)
     _refuse_without_table(gears, others)
     for name, value in others.items():

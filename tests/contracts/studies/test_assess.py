@@ -693,7 +693,7 @@ def test_a_search_proposes_fewer_torques_or_states():
     words, less = _search([100.0, 150.0, 200.0, 250.0, 300.0, 350.0]).smaller(0.25)
     assert words == "2 of the torques" and less.torques == [100.0, 250.0]
     words, less = _search([100.0]).smaller(0.25)
-    assert words == "--starts 32 of assess" and less.criteria.starts == 32
+    assert words == "32 states at each speed (assess --starts 32)" and less.criteria.starts == 32
     assert replace(less, criteria=replace(less.criteria, starts=0)).smaller(0.25) is None
     assert less.cost.motions == pytest.approx(_search([100.0]).cost.motions / 4, rel=0.1)
 

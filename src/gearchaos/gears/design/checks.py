@@ -12,7 +12,7 @@ from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.geometry.mechanics import PLASTIC_MODULUS, disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import check_plausible
+from gearchaos.gears.io.fields import check_plausible, check_toothing
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.stiffness.iso6336 import ISO, LOW_LINE_LOAD
 from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY
@@ -33,10 +33,8 @@ HIGH_LOAD = 3e8
 
 def check_inputs(design: Drawing) -> None:
     """Raise `InputError` for slips of units and impossible racks, before what follows from the geometry is checked."""
-    module, degree = design.module, math.pi / 180
-    check_plausible("module", module, 1e-5, 0.1)
-    check_plausible("pressure_angle", design.pressure_angle, 5 * degree, 45 * degree, dimension=units.ANGLE)
-    check_plausible("helix_angle", design.helix_angle, 0.0, 60 * degree, dimension=units.ANGLE)
+    module = design.module
+    check_toothing(module, design.pressure_angle, design.helix_angle)
     transverse = module / math.cos(design.helix_angle)
     for wheel, width in enumerate(design.face_width):
         check_plausible(f"face_width[{wheel}]", width, 0.1 * module, 20 * transverse * max(design.teeth),

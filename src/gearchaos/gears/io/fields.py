@@ -187,6 +187,15 @@ def check_plausible(field: str, number: float, least: float, most: float, reason
                      f"{question}{reason}".rstrip())
 
 
+def check_toothing(module: float, pressure_angle: float | None, helix_angle: float | None) -> None:
+    """Raise `InputError` for a module in m, or angles in rad where they are given, that no gear has."""
+    degree = math.pi / 180
+    check_plausible("module", module, 1e-5, 0.1)
+    for name, angle, least, most in (("pressure_angle", pressure_angle, 5, 45), ("helix_angle", helix_angle, 0, 60)):
+        if angle is not None:
+            check_plausible(name, abs(angle), least * degree, most * degree, dimension=units.ANGLE)
+
+
 @dataclass(frozen=True)
 class Formula:
     """How a quantity is shown, and where it comes from: its symbol in plain Unicode, and its formula in this unit."""

@@ -180,8 +180,9 @@ def read_table(
                 f"must have the unit of {' or '.join(d.name for d in column.scales)} for {column.name}" if unit else
                 f"must say the unit of {column.name}")
             how = "" if unit or not column.scales else f" {cells.choose(column, cells.header[i])}"
-            raise cells.error(rule, unit, f"{units.grad_advice(unit)}{column.advice} Such a column is e.g. "
-                              f"{column.example}.{how}".lstrip())
+            meant = [text for other, text in column.instead if unit and other.factor(unit) is not None]
+            usual = f"{units.grad_advice(unit)}{column.advice} Such a column is e.g. {column.example}.{how}".lstrip()
+            raise cells.error(rule, unit, " ".join([*meant, usual]))
         factors.append(factor)
     taken, notes = [i for _, i, _ in found], tuple[str, ...]()
     rest = [repr(cell) for i, cell in enumerate(cells.header) if i not in taken and cell]

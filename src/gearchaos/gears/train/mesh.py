@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import convert_fields, each, having, name_of, one, read_by, record, two
+from gearchaos.gears.io.fields import check_plausible, convert_fields, each, having, name_of, one, read_by, record, two
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.mesh.tooth_pairs import PairsAlone, ToothPairs
 from gearchaos.gears.train.faults import Fault, check_faults
@@ -140,7 +141,8 @@ class Mesh:
     damping_law: Any = field(default=None, metadata=read_by(name_of(*SHARED_LAWS)))
     internal: bool = False
     line_of_action: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
-    pressure_angle: Any = field(default=None, metadata=read_by(one(units.ANGLE, POSITIVE)))
+    pressure_angle: Any = field(default=None, metadata=read_by(one(
+        units.ANGLE, POSITIVE, (math.radians(5), math.radians(45)))))
 
     def __post_init__(self) -> None:
         convert_fields(self)
@@ -173,6 +175,7 @@ class Mesh:
         if abs(r1 / r2 * z2 / z1 - 1) > _RATIO_TOLERANCE:
             raise InputError("base_radii", f"must be in the ratio of the teeth, {z1}/{z2} = {z1 / z2:.6g}, to 1 %",
                              round(r1 / r2, 6), "Base radii are m z cos(α)/2.")
+        check_plausible("base_radii[0]", r1, 5e-6 * z1, 0.05 * z1, "The module then is between 0.01 and 100 mm.")
         object.__setattr__(self, "base_radii", (r1, r1 * z2 / z1))  # without the rounding of drawings
         object.__setattr__(self, "design", None)  # its values are those of the mesh
         if self.phase and not self.varies:

@@ -12,7 +12,17 @@ from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry, mating_geometry
 from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import Record, having, number, one, read_by, record_values, two, whole
+from gearchaos.gears.io.fields import (
+    Record,
+    check_toothing,
+    having,
+    number,
+    one,
+    read_by,
+    record_values,
+    two,
+    whole,
+)
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import Body
 from gearchaos.quantities import POSITIVE
@@ -143,8 +153,10 @@ class PlanetarySet(Record):
         if self.design is not None and self.design.teeth != (sun, planet):
             raise InputError("teeth", f"must begin with {list(self.design.teeth)}, those of the design",
                              [sun, planet], "Its wheel 1 is the sun, its wheel 2 a planet.")
-        if self.design is None and self.module is None:
-            raise InputError("module", "must be given", None, "Or give a design.")
+        if self.design is None:
+            if self.module is None:
+                raise InputError("module", "must be given", None, "Or give a design.")
+            check_toothing(self.module, self.pressure_angle, self.helix_angle)
         if not any(self.geometry.profile_shift) and ring != sun + 2 * planet:
             raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
                              "The gears have no profile shift.")

@@ -11,7 +11,7 @@ import numpy as np
 
 from gearchaos.errors import InputError
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import Record, convert_fields, each, one, read_by, record
+from gearchaos.gears.io.fields import Record, check_plausible, convert_fields, each, one, read_by, record
 from gearchaos.model import SteppedStiffness, Stiffness
 from gearchaos.quantities import POSITIVE
 from gearchaos.validation import to_floats
@@ -20,12 +20,16 @@ STEPS = 48
 """Steps in which a Fourier series of a mesh stiffness is followed."""
 
 
+BOUNDS = 1.0, 1e12
+"""Of a mesh stiffness, N/m, beyond which only a slip of units explains it: steel 1 m wide has 2e10."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class SeriesStiffness(Record):
     """A mesh stiffness c(ψ) = ``mean`` + Σ ``amplitudes[j - 1]`` cos(j ψ − ``phases[j - 1]``), N/m, ψ the phase of the
     mesh cycle. It is followed in `STEPS` steps, each the mean of the series over it."""
 
-    mean: Any = field(metadata=read_by(one(units.STIFFNESS, POSITIVE)))
+    mean: Any = field(metadata=read_by(one(units.STIFFNESS, POSITIVE, BOUNDS)))
     amplitudes: Any = field(metadata=read_by(each(units.STIFFNESS)))
     phases: Any = field(default=(), metadata=read_by(each(units.ANGLE)))
 
@@ -60,13 +64,14 @@ def read_stiffness(field: str, value: Any) -> Any:
     if isinstance(value, (SteppedStiffness, SeriesStiffness)):
         return value
     if not isinstance(value, Mapping):
-        return one(units.STIFFNESS, POSITIVE)(field, value)
+        return one(units.STIFFNESS, POSITIVE, BOUNDS)(field, value)
     if "mean" in value:
         return record(SeriesStiffness)(field, value)
     if set(value) != {"levels", "starts"}:
         raise InputError(field, "must be a stiffness, or a table with levels and starts, or with mean, amplitudes and "
                          "phases", dict(value), "Starts are shares of the mesh cycle.")
     levels = each(units.STIFFNESS)(f"{field}.levels", value["levels"])
+    check_plausible(f"{field}.levels", max(levels), *BOUNDS, dimension=units.STIFFNESS)
     return SteppedStiffness(levels, to_floats(f"{field}.starts", value["starts"]))
 
 

@@ -196,7 +196,8 @@ class SpeedSearch:
         starts = round(share * self.criteria.starts)
         if not starts:
             return None
-        return f"--starts {starts} of assess", replace(self, criteria=replace(self.criteria, starts=starts))
+        words = f"{starts} states at each speed (assess --starts {starts})"
+        return words, replace(self, criteria=replace(self.criteria, starts=starts))
 
     def run(self, *, progress: bool = False, threads: int | None = None) -> list[AtTorque]:
         """What is found at each torque."""
