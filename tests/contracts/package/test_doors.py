@@ -219,6 +219,8 @@ def test_a_study_runs_by_its_file_into_a_store_and_as_a_command(plugin, file, tm
     assert gc.run(study, out=tmp_path / "s.zarr").finished
     made = gc.load(tmp_path / "s.zarr")
     assert made.equals(gc.run(study)) and made.attrs["gearchaos-example_version"] == "0.1.0"
+    other = STUDIES["linear_response"](gc.MeshModel.of(eps1=0.1), "omega=0.5:1:3")  # its stiffness is of gearchaos
+    assert gc.run(other).attrs["gearchaos-example_version"] == "0.1.0"
     versions = json.loads((tmp_path / "s.zarr/run/study.json").read_text())["versions"]
     assert versions["gearchaos-example_version"] == "0.1.0"
     assert "linear_amplitude" in said("linear-response", str(file), "--axis", "omega=0.5:1:3", "--json", code=0)
@@ -256,6 +258,17 @@ def test_a_missing_package_leaves_the_data_and_says_what_to_install(plugin, file
     assert "No such command 'linear-response'" in said("linear-response")
     with pytest.raises(InputError, match=r"dataset.study must be one of.*No installed package offers it"):
         gc.plot.result(left)
+
+
+def test_a_branch_along_the_speed_follows_the_coefficient_of_a_law(install):
+    install(("damping", "hysteretic", HYSTERETIC))
+    model = gc.MeshModel.of("single", damping_law="hysteretic", omega=0.6, q0=0.3, eps1=0.02, zeta=0.05)
+    branch = gc.branch(model, "omega=0.58:0.62")
+    for at in (0, -1):
+        omega = float(branch.omega[at])
+        own = model.with_values({"damping_law": "contact", "omega": omega, "zeta": 0.05 / omega})
+        section = gc.regime(own).section
+        assert float(branch.section_z.values.ravel()[at]) == pytest.approx(section["z"][0], abs=1e-6)
 
 
 @dataclass(frozen=True)
