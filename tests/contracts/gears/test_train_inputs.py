@@ -163,6 +163,15 @@ REFUSED = [
     (planets(cont=3), "train.planets", "must have no key but count", "Did you mean 'count'?"),
     (planets(planet={"inertia": 1e-3}), "planets: planet.mass", "where the centre moves"),
     (planets(sun_mesh={"stiffnes": 1}), "planets: sun_mesh", "must have no key but", "Did you mean 'stiffness'?"),
+    # slips of units
+    (planets(module=2.8), "planets: module", "between 0.01 and 100 mm", "Did you mean '2.8 mm'?"),
+    (planets(pressure_angle=20), "planets: pressure_angle", "must lie between", "Did you mean '20 deg'?"),
+    (planets(helix_angle=-15), "planets: helix_angle", "must lie between", "Did you mean '15 deg'?"),
+    (with_mesh(base_radii=[20, 30]), "mesh a/b: base_radii[0]", "must lie between", "Did you mean '20 mm'?"),
+    (with_mesh(pressure_angle=20), "mesh a/b: pressure_angle", "must lie between", "Did you mean '20 deg'?"),
+    (with_mesh(stiffness="3e8 N/um"), "mesh a/b: stiffness", "must lie between 1e-06 and 1e+06 N/um"),
+    (with_mesh(stiffness={"levels": [1e13, 1e8], "starts": [0, 0.5]}), "mesh a/b: stiffness.levels",
+     "must lie between"),
     # the common period
     (chain((97, 101), (103, 107), (109, 113)), "common period", "at most 2000 cycles of mesh c/d",
      "With 103/109 teeth of b/c they would be 103."),
