@@ -11,6 +11,16 @@ the value itself is computed elsewhere. The parameters of a mesh stiffness are d
 3
 """
 
+from gearchaos.quantities.lookup import (
+    PARAMETER_PAIRS,
+    STIFFNESS_PARAMETERS,
+    ask_if_unknown,
+    declare,
+    declare_results,
+    find,
+    parse_harmonic,
+    quantity,
+)
 from gearchaos.quantities.quantity import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -28,18 +38,10 @@ from gearchaos.quantities.tables import (
     GEARS,
     HARMONICS,
     OPERATION,
-    PARAMETER_PAIRS,
     PARAMETERS,
     RESPONSES,
     RESULTS,
-    STIFFNESS_PARAMETERS,
     VERDICTS,
-    ask_if_unknown,
-    declare,
-    declare_results,
-    find,
-    parse_harmonic,
-    quantity,
 )
 
 __all__ = [
