@@ -12,7 +12,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.model import STIFFNESS_KINDS, MeshModel, Stiffness, vary
 from gearchaos.model.switched import switched_system
-from gearchaos.quantities import POSITIVE, Quantity, Range, declare, find, tables
+from gearchaos.quantities import POSITIVE, Quantity, Range, declare, find, lookup
 from gearchaos.studies.proofs.proofs import box_parameters
 from gearchaos.validation import check_rule
 
@@ -107,8 +107,8 @@ class Ramp(Stiffness):
 def ramp(monkeypatch) -> MeshModel:
     """A model with this kind, which is known here alone."""
     monkeypatch.setitem(STIFFNESS_KINDS.own, "ramp", Ramp)
-    monkeypatch.setattr(tables, "STIFFNESS_PARAMETERS", [])
-    monkeypatch.setattr(tables, "_BY_NAME", dict(tables._BY_NAME))
+    monkeypatch.setattr(lookup, "STIFFNESS_PARAMETERS", [])
+    monkeypatch.setattr(lookup, "_BY_NAME", dict(lookup._BY_NAME))
     declare(Ramp.rows, ())
     yield MeshModel(kind="single", stiffness=Ramp())
     find.cache_clear()

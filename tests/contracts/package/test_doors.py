@@ -27,7 +27,7 @@ from gearchaos.gears.train.faults import FAULTS, Fault, FaultKind
 from gearchaos.model import DAMPING_LAWS, STIFFNESS_KINDS, DampingLaw, Stiffness, vary
 from gearchaos.model.damping import CONTACT
 from gearchaos.model.switched import switched_system
-from gearchaos.quantities import Quantity, find, tables
+from gearchaos.quantities import Quantity, find, lookup
 from gearchaos.studies.core.registry import STUDIES
 from gearchaos.studies.core.study import Study
 from gearchaos.studyfile import load_design, load_study
@@ -61,8 +61,8 @@ def said(*command, code=2):
 @pytest.fixture
 def install(monkeypatch):
     """Has given values, by group and name, in the place of all installed entry points; a text fails to import."""
-    monkeypatch.setattr(tables, "STIFFNESS_PARAMETERS", [*tables.STIFFNESS_PARAMETERS])
-    monkeypatch.setattr(tables, "_BY_NAME", dict(tables._BY_NAME))
+    monkeypatch.setattr(lookup, "STIFFNESS_PARAMETERS", [*lookup.STIFFNESS_PARAMETERS])
+    monkeypatch.setattr(lookup, "_BY_NAME", dict(lookup._BY_NAME))
 
     def forget():
         find.cache_clear()
