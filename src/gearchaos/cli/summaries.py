@@ -85,6 +85,9 @@ def _section(dataset: xr.Dataset) -> dict[str, xr.DataArray]:
     return {short: dataset[name] for short, name in names.items()}
 
 
+_MOST_EXPONENTS = 8  # that are printed; a pair has at most 7
+
+
 def section_document(found: Found) -> dict[str, Any]:
     """The JSON document of a stroboscopic section: values by name, in physical units with these."""
     columns = _section(found.dataset)
@@ -134,8 +137,11 @@ def print_regime(verdict: Verdict, loaded: Any, proof: Certificate | Unproved | 
     (factor, unit, digits) = (1.0, "", 5) if scales is None else (scales.rate, " 1/s", 1)
     exponents = [[f"{factor * n:+.{digits}f}" for n in (v, *ends)]
                  for v, ends in zip(values["lyapunov"], values["lyapunov_ci"], strict=True)]
-    table.add_row("Lyapunov exponents", "\n".join(f"{v}  ({low} to {high}){unit}" for v, low, high in exponents))
-    table.add_row("Floquet multipliers", "\n".join(f"{a:+.6f} {b:+.6f}i" for a, b in values["multipliers"]))
+    lines = {"Lyapunov exponents": [f"{v}  ({low} to {high}){unit}" for v, low, high in exponents],
+             "Floquet multipliers": [f"{a:+.6f} {b:+.6f}i" for a, b in values["multipliers"]]}
+    for name, rows in lines.items():
+        more = [f"and {len(rows) - _MOST_EXPONENTS} more: --json has all"] * (len(rows) > _MOST_EXPONENTS)
+        table.add_row(name, "\n".join(rows[:_MOST_EXPONENTS] + more))
     of = which_mesh() if verdict.meshes else {}
     for q in (*RESPONSES, *VERDICTS):
         if q.title and of.get(q.name) != "worst":  # the table of meshes has these

@@ -47,7 +47,15 @@ def test_a_verdict_has_its_meshes_in_si():
     assert one["impacts_per_second"] == 0
 
 
-@pytest.mark.exhaustive  # its kernel, of 28 coordinates, is that of no other test
+@pytest.mark.slow
+def test_of_many_exponents_the_largest_are_printed():
+    lines = ask("regime", EXAMPLES / "train_planetary.toml").stdout.splitlines()
+    assert [line.strip() for line in lines if "more:" in line] == 2 * ["and 20 more: --json has all"]
+    first = next(i for i, line in enumerate(lines) if line.startswith("Lyapunov exponents"))
+    assert "more:" in lines[first + 8] and lines[first + 9].startswith("Floquet multipliers")
+
+
+@pytest.mark.slow
 def test_a_printed_section_has_the_deflections_of_six_meshes_in_80_columns():
     lines = ask("simulate", EXAMPLES / "train_planetary.toml", "--periods", 2).stdout.splitlines()
     assert lines[0] == "Deflections of the meshes after each common period, last 2 of 2 periods"
