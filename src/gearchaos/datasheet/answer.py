@@ -80,16 +80,15 @@ class Answer:
         known = self.entries["resonance_speed"].value is not None
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
-        error = f"error {method_in_words(d.transmission_error)}"
-        if d.exact:
-            error = f"no transmission error{' in spite of the grade' * (d.quality is not None)}"
+        exact = f"no transmission error{' in spite of the grade' * (d.quality is not None)}"
+        error = exact if d.exact else f"error {method_in_words(d.transmission_error)}"
         damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {d.law.words}"
         variation = ""
         if (d.shares_load or d.under_load) and self.entries["loaded_error_peak_to_peak"].value is not None:
             variation = f", mesh deflection {self._value('loaded_error_peak_to_peak')} peak to peak"
-            relief, best = d.tip_relief, self.entries["best_tip_relief"]
+            relief = d.tip_relief
             if relief is not None and any(relief.amount) and relief.start_diameter is not None and d.shares_load and (
-                    isinstance(best.value, tuple)):
+                    isinstance((best := self.entries["best_tip_relief"]).value, tuple)):
                 single = " / ".join(f"{1e3 * diameter:.5g}" for diameter in d.geometry.single_contact_diameter)
                 amounts = " / ".join(dict.fromkeys(measured(v, 3) for v in best.value))
                 variation += (

@@ -52,7 +52,8 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
 
     Examples
     --------
-    >>> text = script(MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "scipy")
+    >>> import gearchaos as gc
+    >>> text = gc.script(gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206), "scipy")
     >>> "omega = 1.0  # mesh frequency" in text
     True
     """

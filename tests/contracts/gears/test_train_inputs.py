@@ -169,8 +169,8 @@ REFUSED = [
     (planets(helix_angle=-15), "planets: helix_angle", "must lie between", "Did you mean '15 deg'?"),
     (with_mesh(base_radii=[20, 30]), "mesh a/b: base_radii[0]", "must lie between", "Did you mean '20 mm'?"),
     (with_mesh(pressure_angle=20), "mesh a/b: pressure_angle", "must lie between", "Did you mean '20 deg'?"),
-    (with_mesh(stiffness="3e8 N/um"), "mesh a/b: stiffness", "must lie between 1e-06 and 1e+06 N/um"),
-    (with_mesh(stiffness={"levels": [1e13, 1e8], "starts": [0, 0.5]}), "mesh a/b: stiffness.levels",
+    (with_mesh(stiffness="3e8 N/um"), "mesh a/b: stiffness", "must lie between 1e-06 and 1e+08 N/um"),
+    (with_mesh(stiffness={"levels": [1e15, 1e8], "starts": [0, 0.5]}), "mesh a/b: stiffness.levels",
      "must lie between"),
     # the common period
     (chain((97, 101), (103, 107), (109, 113)), "common period", "at most 2000 cycles of mesh c/d",

@@ -24,6 +24,7 @@ from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
 _MOST_PAIRS = 8  # in contact at the same time
 _GAP_UNIT = 2.0**-13  # m, about half a backlash, of which gaps beyond the path are exact; a power of 2 rounds nothing
+_RADII = 1e-4, 10.0  # m, of base circles
 _RATIO_TOLERANCE = 0.01  # largest relative difference between the ratio of base radii and that of numbers of teeth
 
 _OF_DESIGN = ("teeth", "base_radii", "stiffness", "tooth_pairs", "damping", "backlash", "error_amplitudes",
@@ -175,7 +176,7 @@ class Mesh:
         if abs(r1 / r2 * z2 / z1 - 1) > _RATIO_TOLERANCE:
             raise InputError("base_radii", f"must be in the ratio of the teeth, {z1}/{z2} = {z1 / z2:.6g}, to 1 %",
                              round(r1 / r2, 6), "Base radii are m z cos(α)/2.")
-        check_plausible("base_radii[0]", r1, 5e-6 * z1, 0.05 * z1, "The module then is between 0.01 and 100 mm.")
+        check_plausible("base_radii[0]", r1, *_RADII)
         object.__setattr__(self, "base_radii", (r1, r1 * z2 / z1))  # without the rounding of drawings
         object.__setattr__(self, "design", None)  # its values are those of the mesh
         if self.phase and not self.varies:

@@ -20,7 +20,7 @@ STEPS = 48
 """Steps in which a Fourier series of a mesh stiffness is followed."""
 
 
-BOUNDS = 1.0, 1e12
+BOUNDS = 1.0, 1e14
 """Of a mesh stiffness, N/m, beyond which only a slip of units explains it: steel 1 m wide has 2e10."""
 
 

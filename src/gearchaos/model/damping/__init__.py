@@ -24,8 +24,9 @@ def _fault(name: str, law: Any) -> str:
     if wrong := value_of(DampingLaw, "name")(name, law):
         return wrong
     known = DAMPING_LAWS.own.get(law.acts_as)
-    if known is None:
-        return f"it must act as one of {', '.join(DAMPING_LAWS.own)}, not {law.acts_as!r}"
+    if known is None or known.acts_as:
+        kernel = [each.name for each in DAMPING_LAWS.own.values() if not each.acts_as]
+        return f"it must act as one of {', '.join(kernel)}, not {law.acts_as!r}"
     alike = (known.in_contact, known.releases) == (law.in_contact, law.releases)
     return "" if alike else f"its in_contact and releases must be those of {known.name}, {known.in_contact} and " \
                             f"{known.releases}"
