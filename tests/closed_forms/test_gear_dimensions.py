@@ -232,3 +232,13 @@ def test_eccentricity_changes_error_and_backlash_once_per_turn():
     for bad in (-1e-6, math.nan, math.inf):
         with pytest.raises(InputError, match=r"eccentricity\[1\]"):
             replace(EXAMPLE_1, eccentricity=(0.0, bad))
+
+
+@pytest.mark.parametrize(("torque", "warns"), [(0.5, True), (0.05, False)])
+def test_teeth_that_give_way_beyond_what_corner_contact_follows_make_a_warning(torque, warns):
+    """F_b/c0 at 0.5 N m is 0.12 modules, of which 0.03 are followed."""
+    design = GearDesign(teeth=(17, 34), module="1 mm", face_width="8 mm", material="PA66", bore="5 mm", torque=torque,
+                        speed=100.0, damping_ratio=0.05, profile_shift=(0.2, 0.0))
+    share = 2 * torque / design.geometry.base_diameter[0] / design.mesh_stiffness.reference / 1e-3
+    assert (share > 0.03) == warns
+    assert any(f"give way by {share:.2g} modules" in text for text in design.warnings) == warns

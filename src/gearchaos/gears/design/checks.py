@@ -9,6 +9,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.values import ErrorFile
 from gearchaos.gears.geometry.checks import check_rack, geometry_warnings
+from gearchaos.gears.geometry.corner_contact import DEEPEST
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.geometry.mechanics import PLASTIC_MODULUS, disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.io import units
@@ -158,6 +159,14 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
     found += [*_inertia_warnings(design), *_stiffness_warnings(design), *_error_warnings(design)]
     if design.has_gaps and design.corner_contact is None and (reason := design.no_corner_contact):
         found.append(f"Tooth pairs touch on their nominal path alone, without corner contact. {reason}")
+    with suppress(InputError):  # reported by what needs the stiffness
+        if design.torque is not None and design.has_gaps:
+            force = 2 * abs(design.torque) / design.geometry.base_diameter[0]
+            share = force / design.mesh_stiffness.reference / design.module
+            if share > DEEPEST:
+                found.append(f"Under the load the teeth give way by {share:.2g} modules. Corner contact is followed to "
+                             f"{DEEPEST:g}, beyond which the stiffness is not valid either: the teeth are too soft, or "
+                             "the torque too high, for what is said of motions.")
     if any(design.blanks) and design.stiffness != ISO:
         found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
                      "the method of the design. It counts in K_v of the standards.")
