@@ -140,11 +140,11 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> list[Path]:
         The result of any study.
     path : path
         Its suffix must be .nc, .nc4, .netcdf, .h5, .hdf5, .csv, .uff or .unv, one of a format that another package
-        offers, or empty. CSV has a row for each cell,
-        column, point or event. The titles of its columns have units; a value whose unit is none of SI has a second
-        column in SI. Codes are in words. What is over other dimensions than the first variable is in files of its own,
-        ``x_number.csv`` beside ``x.csv``. It lacks the attributes, such as the model: only NetCDF can be loaded.
-        UFF, which needs pyuff, has the order spectra of `orders` and `runup` in the units of the gears, and signals.
+        offers, or empty. CSV has a row for each cell, column, point or event. The titles of its columns have units; a
+        value whose unit is none of SI has a second column in SI. Codes are in words. What is over other dimensions than
+        the first variable is in files of its own, ``x_number.csv`` beside ``x.csv``. It lacks the attributes, such as
+        the model: only NetCDF can be loaded. UFF, which needs pyuff, has the order spectra of `orders` and `runup` in
+        the units of the gears, and signals.
 
     Returns
     -------

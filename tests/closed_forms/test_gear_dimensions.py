@@ -187,6 +187,11 @@ def test_materials_have_the_elasticity_factor_of_the_standard_beside_steel(mater
     assert 1e-3 / math.sqrt(math.pi * sum((1 - m.poisson**2) / m.E for m in pair)) == pytest.approx(factor, abs=0.06)
 
 
+def test_a_name_in_another_case_is_hinted_at():
+    with pytest.raises(InputError, match="Did you mean 'POM'"):
+        GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, material="pom")
+
+
 def test_a_plastic_has_its_strength_and_a_warning_of_what_its_values_mean():
     design = GearDesign(teeth=(20, 40), module=3e-3, face_width=0.03, material=["steel", "POM"])
     assert design.material[1].root_strength == 64 and design.material[0].root_strength is None

@@ -171,11 +171,15 @@ def test_jumps_are_printed_by_their_size_and_the_others_in_one_line(capsys):
               "factor_after_jump": [3.0, 4.0, 8.0, 3.0, 2.5], "clear_jump": [True, True, False, False, True],
               "event_kind": ["fold", NOT_PERIODIC, NOT_PERIODIC, NOT_PERIODIC, GOES_ON],
               "event_speed": [1405.0, *[math.nan] * 4]}
-    found = gc.runup(MODEL.gears, "speed=1240:1260", 0.3).drop_dims("jump", errors="ignore").assign(
+    without = gc.runup(MODEL.gears, "speed=1240:1260", 0.3)
+    print_runup(without, runup_document(without, None), MODEL)
+    assert "; no jumps" in " ".join(capsys.readouterr().out.split())
+    found = without.drop_dims("jump", errors="ignore").assign(
         {name: ("jump", each) for name, each in {**values, "direction_of_jump": ["up"] * 5}.items()})
     document = runup_document(found, None)
     print_runup(found, document, MODEL)
     said = " ".join(capsys.readouterr().out.split())
+    assert "no jumps" not in said
     assert ("jumps of the dynamic factor at 1500 rpm (2 to 4): not from a branch, the motion before is not periodic; "
             "1400 rpm (2 to 3): fold at 1405 rpm; 1800 rpm (2 to 2.5): the branch before goes on "
             "2 more, from or to a motion that is not steady: 1600 to 1700 rpm") in said

@@ -196,7 +196,7 @@ class Follower:
             before[:, good], before_at[good] = last.w[:, good], low[good]
             last.put(good, found.take(np.flatnonzero(failing == GOES_ON)))
             low[good], high[bad] = middle[failing == GOES_ON], middle[failing > 0]
-            open_ = open_[np.abs(high[open_] - low[open_]) > _LOCATED * low[open_]]
-        near = np.abs(low - until) <= 2 * _LOCATED * until  # the whole path, in smaller steps than at first
+            open_ = open_[np.abs(high[open_] - low[open_]) > _LOCATED * np.abs(low[open_])]
+        near = np.abs(low - until) <= 2 * _LOCATED * np.abs(until)  # the whole path, in smaller steps than at first
         low[near], why[near] = until[near], GOES_ON
         return why[which], jumps[which], changes[which]

@@ -89,8 +89,8 @@ def answer(content: dict[str, Any], one: dict[str, Any]) -> list[str]:
     speeds, unit = content[content["along"]], speed_unit(content)
     lost, single = one["anywhere"][OUTCOMES[0]], len(speeds) == 1
     place = f"at {speeds[0]:g}{unit}" if single else (
-        f"at one or more of {len(speeds)} speeds from {speeds[0]:g} to {speeds[-1]:g}{unit}, at "
-        f"{_percent(one['mean_share_lost'])} of them on average")
+        f"at one or more of {len(speeds)} speeds from {speeds[0]:g} to {speeds[-1]:g}{unit}, "
+        f"{speeds[1] - speeds[0]:.3g} apart, at {_percent(one['mean_share_lost'])} of them on average")
     start = f" {STARTS[content['start']]}" * (content["start"] != "rest")
     found = [f"{torque_head(one)}contact is lost in operation{start} with probability {_chance(lost)} "
              f"{place}{_most(one)}"]

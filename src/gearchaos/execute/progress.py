@@ -19,6 +19,9 @@ told_end: ContextVar[float | None] = ContextVar("told_end", default=None)
 _INTERVAL = 0.2
 """Shortest time between two updates of the bar in a notebook, in seconds."""
 
+_LOGGED = 5.0
+"""Least time of a work, in seconds, that leaves a line where stderr is no terminal: a file, or a pipe."""
+
 
 @contextmanager
 def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
@@ -48,9 +51,9 @@ def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int],
 
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
                    TextColumn("{task.fields[rate]}"))
-        console = Console(stderr=True)
+        console, begun = Console(stderr=True), time.monotonic()
         # it vanishes from a terminal when all is done: the answer stands alone there
-        with Progress(*columns, console=console, transient=console.is_terminal) as progress:
+        with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
             task = progress.add_task(name, total=total, completed=done, rate="")
 
             def advance(n: int) -> None:
@@ -61,6 +64,8 @@ def bar(name: str | None, total: int, done: int = 0) -> Iterator[Callable[[int],
                 progress.update(task, rate=rate_text(speed) + left if speed else "")
 
             yield advance
+            if not console.is_terminal and (seconds := time.monotonic() - begun) >= _LOGGED:
+                print(f"{name}: {total:,} in {seconds:,.0f} s", file=sys.stderr, flush=True)
 
 
 def in_notebook() -> bool:

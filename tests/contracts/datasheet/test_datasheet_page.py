@@ -168,3 +168,12 @@ def test_the_page_begins_with_the_answer_at_each_torque():
     assert page.text.count(answers[0].notes[0]) == 1
     differing = page.text[page.text.index("What differs at 60 N m"):]
     assert "line load" in differing and "gear ratio" not in differing
+
+
+@pytest.mark.parametrize(("given", "words"), [
+    ({}, "stiffness by ISO 6336-1, no transmission error:"),
+    ({"quality": {"standard": "ISO 1328-1:1995", "grade": 6}}, "no transmission error in spite of the grade"),
+    ({"material": ["POM", "steel"]}, "stiffness by ISO 6336-1 (found for metals), no")])
+def test_what_is_assumed_says_what_was_left_out(given, words):
+    design = gc.GearDesign(teeth=(20, 40), module="3 mm", face_width="20 mm", **given)
+    assert words in dict(Answer.of(design).facts)["assumed"]

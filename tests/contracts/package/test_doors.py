@@ -326,6 +326,15 @@ def test_what_cannot_be_used_is_left_out_with_one_message(install, group, name, 
             register.check("field", name)
 
 
+def test_a_law_acts_as_one_of_the_kernels_not_as_another_that_does(install, monkeypatch):
+    own = DAMPING_LAWS.own | {"linear": replace(CONTACT, name="linear", acts_as="contact")}
+    monkeypatch.setattr(DAMPING_LAWS, "own", own)
+    assert gc.MeshModel.of(damping_law="linear").kernel_law is CONTACT
+    install(("damping", "dry", replace(HYSTERETIC, name="dry", acts_as="linear")))
+    with pytest.warns(UserWarning, match="it must act as one of always, contact, unilateral, not 'linear'"):
+        assert "dry" not in DAMPING_LAWS
+
+
 def test_of_two_packages_that_offer_one_name_the_first_has_it(install):
     install(("damping", "dry", replace(HYSTERETIC, name="dry")), package="one")
     install(("damping", "dry", replace(HYSTERETIC, name="dry")), package="two")

@@ -56,6 +56,16 @@ def test_a_bar_begins_where_the_work_does(monkeypatch):
     assert begun == [(10, 0), (10, 3)]
 
 
+@pytest.mark.parametrize(("seconds", "said"), [(4.0, ""), (6.0, "work: 10 in 6 s\n")])
+def test_in_a_pipe_only_what_takes_long_leaves_a_line(monkeypatch, capsys, seconds, said):
+    now = [0.0]
+    monkeypatch.setattr("gearchaos.execute.progress.time.monotonic", lambda: now[0])
+    with bar("work", 10) as advance:
+        now[0] = seconds
+        advance(10)
+    assert capsys.readouterr() == ("", said)
+
+
 def test_what_does_not_fit_the_memory_is_refused_with_how_much_would():
     memory = machine.os.sysconf("SC_PAGE_SIZE") * machine.os.sysconf("SC_PHYS_PAGES")
     most = memory // 400

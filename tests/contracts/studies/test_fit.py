@@ -45,6 +45,12 @@ def test_tables_are_read_as_programs_write_them(tmp_path, text, columns, expecte
     assert found.harmonic.tolist() == [1, 1, 1] and found.ignored == text.count(",7\n")
 
 
+def test_an_amplitude_of_another_quantity_is_answered_by_the_option_that_says_so(tmp_path):
+    with pytest.raises(InputError, match="--of 'acceleration'") as error:
+        study(tmp_path, TABLE.replace("[N]", "[m/s2]"))
+    assert "must have the unit of a force for amplitude" in error.value.rule
+
+
 @pytest.mark.parametrize(("changes", "field", "rule"), [
     ({"text": TABLE.replace(" [N]", "")}, "orders.csv, line 1,", "must say the unit of amplitude"),
     ({"text": TABLE.replace(" [rpm]", "")}, "orders.csv, line 1,", "must say the unit of speed"),

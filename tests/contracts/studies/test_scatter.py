@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.cli.scatter import print_scatter
 from gearchaos.datasheet.scatter import _force_over, _most, answer, scatter_document
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
@@ -337,6 +338,22 @@ DRAWN = {"vary": ["damping_ratio=0.03:0.05", "quality.grade=5:8"], "speed": "spe
 @pytest.fixture(scope="module")
 def carried():
     return study(**DRAWN).run()
+
+
+@pytest.mark.parametrize(("wide", "head"), [(False, "after load change"), (True, "from wide states")])
+def test_of_many_speeds_the_rows_of_the_largest_probabilities_are_printed(carried, wide, head, capsys):
+    content = scatter_document(carried) | {"speed": [1000.0 + n for n in range(100)], "wide": wide}
+    (one,) = content["torques"]
+    for own in (one, one["probability_after_load_change"]):
+        own["along"] = {name: {n: [0.0] * 100 for n in each} for name, each in own["along"].items()}
+    one["along"]["contact loss"]["value"][47] = 0.3
+    one["probability_after_load_change"]["along"]["contact loss"]["value"][61] = 0.2
+    print_scatter(content)
+    said = capsys.readouterr().out
+    assert "speeds from 1000 to 1099 rpm, 1 apart" in " ".join(said.split())
+    assert "14 of 100 rows" in said and head in said
+    shown = [line.split()[0] for line in said.splitlines() if re.match(r" ?1\d\d\d ", line)]
+    assert len(shown) == 14 and {"1047", "1061"} <= {*shown}
 
 
 @pytest.mark.slow

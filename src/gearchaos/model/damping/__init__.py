@@ -1,8 +1,9 @@
 """Damping laws of the mesh, one file each.
 
-**To add a law,** write a `DampingLaw` in a file of its own and enter it in `DAMPING_LAWS`. Its number for the kernels
-is in ``flow/kernels/vector/arrays.py``, its force in ``taylor.py`` there, where contact begins and ends in
-``flow/kernels/one_mesh/contact.py``. Another package offers one that acts as one of these, in ``gearchaos.damping``.
+**To add a law,** write a `DampingLaw` in a file of its own and enter it in `DAMPING_LAWS`. One with the force of a law
+that the kernels know ``acts_as`` that. Another force has its number in ``flow/kernels/vector/arrays.py`` and its
+formula in ``taylor.py`` there; where contact begins and ends is in ``flow/kernels/one_mesh/contact.py``. Another
+package offers one that acts as one of these, in ``gearchaos.damping``.
 """
 
 from __future__ import annotations
