@@ -122,7 +122,7 @@ def tried(content: dict[str, Any]) -> list[str]:
     after = f", and {change_in_words(content)}, one at each speed" if changed else ""
     found = [f"Tried: {content['designs']} designs with {inputs}; motions {STARTS[content['start']]}, those without "
              f"contact as the speed rises and falls{after}: others may be possible, and contact may be lost in "
-             "ranges between the speeds. In brackets: 95 % of what the number of designs leaves open."]
+             "ranges between the speeds. In brackets: 95 %, for the number of designs alone."]
     if any(name.startswith(DEVIATIONS) for name in content["inputs"]):
         found.append(f"{DEVIATIONS}: the tooth-to-tooth deviation f_i′ of each wheel over that which the grade "
                      "permits, with its sign. No standard says how it is distributed: this is a convention.")
