@@ -658,6 +658,13 @@ def test_ranges_at_many_torques_are_merged_where_they_overlap_and_the_widest_are
     assert len(keep_out(many)) == 8 and keep_out(replace(found, at=())) == []
 
 
+@pytest.mark.parametrize(("start", "words"), [(984.2, "925 to 1100 rpm"), (986.2, "925 to 984 and 986 to 1100 rpm")])
+def test_ranges_that_meet_as_they_are_printed_are_one(found, start, words):
+    window = replace(found.at[0].windows[0], start_resolution=0.0, stop_resolution=0.0)
+    first, second = (replace(window, start=low, stop=high) for low, high in ((925.1, 983.4), (start, 1099.5)))
+    assert f"avoid {words}: " in decision(of_windows(found, first, second))[0]
+
+
 def test_edges_are_rounded_outwards_alike_in_the_commands_and_in_words(found):
     window = replace(found.at[0].windows[0], start=6411.2, stop=6889.4, start_resolution=0.5, to_scan_end=True)
     assert window.words == "6410 to 6890 rpm" and edges(window) == ("6410", "≥ 6890")
