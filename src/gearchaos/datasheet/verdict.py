@@ -141,12 +141,12 @@ def _ranges(windows: Sequence[Window]) -> str:
 
 
 def _merged(ranges: Iterable[Any], window: Callable[[Any], Window] = lambda each: each) -> list[list[Any]]:
-    """Ranges that overlap as one, also those of which one begins where the other ends as they are printed, in rising
-    order of their starts; ``window`` says where each is."""
+    """Ranges that overlap or meet, as they are printed, as one, in rising order of their starts; ``window`` says where
+    each is."""
     out: list[list[Any]] = []
     for each in sorted(ranges, key=lambda each: window(each).reach):
         last = max(map(window, out[-1]), key=lambda one: one.reach[1]) if out else None
-        if last and (window(each).reach[0] <= last.reach[1] or edges(window(each))[0] == edges(last)[1]):
+        if last and float(window(each).ends[0]) <= float(last.ends[1]):
             out[-1].append(each)
         else:
             out.append([each])
