@@ -10,6 +10,7 @@ import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.gears.design.transverse_section import transverse_section
 from gearchaos.gears.train.train_file import read_train
+from tests import EXAMPLES
 
 STIFF = {"stiffness": {"levels": [6e8, 4e8], "starts": [0, 0.5]}, "backlash": 1e-4}
 BODIES = {"sun": {"inertia": 1e-3}, "carrier": {"inertia": 0.05}, "ring": {"fixed": True},
@@ -57,6 +58,35 @@ def test_with_profile_shift_both_meshes_work_at_the_centre_distance_of_the_sun()
     assert math.cos(wider.meshes[0].pressure_angle) == pytest.approx(math.cos(sun) / 1.002, rel=1e-12)
 
 
+@pytest.mark.parametrize(("teeth", "module", "shift", "distance", "ring"), [
+    ((19, 17, 56), 45e-3, (0.617, 0.802), 0.863, -0.501), ((18, 36, 93), 21e-3, (0.389, 0.504), 0.584, 0.117)])
+def test_the_sets_of_a_published_gearbox(teeth, module, shift, distance, ring):
+    """A. R. Nejad and others, *Development of a 5 MW reference gearbox for offshore wind turbines*, Wind Energy 19
+    (2016), table V; its sign of a ring's shift is that of DIN 3990, where numbers of teeth of rings are negative."""
+    found = planets(count=3, teeth=teeth, module=module, profile_shift=shift)
+    assert found.orbit == pytest.approx(distance, rel=1e-5)
+    working = math.acos((teeth[2] - teeth[1]) * module * math.cos(math.radians(20)) / 2 / distance)
+    of_ring = shift[1] + (teeth[2] - teeth[1]) * (inv(working) - inv(math.radians(20))) / 2 / math.tan(math.radians(20))
+    assert of_ring == pytest.approx(-ring, abs=5e-4)
+    assert planets(count=3, teeth=teeth, module=module, profile_shift=shift, centre_distance=distance).meshes[
+        1].pressure_angle == pytest.approx(working, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_forces_of_a_wind_turbine_s_gearbox_are_those_of_statics():
+    """A torque T at a carrier is T z_s/(z_s + z_r) at the sun, and 1/r_b of a third of this at each planet."""
+    train = gc.open(EXAMPLES / "train_wind_turbine.toml")
+    assert train.speeds["rotor"] == pytest.approx(-12.1, rel=1e-12)
+    still = replace(train, meshes=[replace(mesh, stiffness=7e9, error_amplitudes=()) for mesh in train.meshes])
+    found, torque = gc.regime(still).meshes, train.body("rotor").torque
+    for name, (sun, ring) in {"low": (19, 56), "middle": (18, 93)}.items():
+        torque *= sun / (sun + ring)
+        radius = next(mesh for mesh in train.meshes if mesh.name == f"{name}_sun/planet1").base_radii[0]
+        for mesh in (f"{name}_{pair}" for n in (1, 2, 3) for pair in (f"sun/planet{n}", f"planet{n}/ring")):
+            assert found[mesh]["force_peak"] == pytest.approx(torque / 3 / radius, rel=1e-9), mesh
+    assert found["high"]["force_peak"] == pytest.approx(torque / 0.6329, rel=1e-9)
+
+
 def flank(radius):
     """The angle between the axis and the flank of a planet's tooth, by the outline of its generated teeth."""
     section = transverse_section(DESIGN)
@@ -85,6 +115,32 @@ def test_a_design_has_the_dimensions_and_the_mesh_of_sun_and_planet():
     expected = planets(**SHIFTED).meshes
     assert sun.base_radii == expected[0].base_radii and ring == expected[1]
     assert sun.backlash == pytest.approx(1e-4) and sun.stiffness is not None and sun.damping > 0
+
+
+def test_several_sets_have_names():
+    one = {"count": 1, "teeth": [27, 36, 99], "module": "2.8 mm", **BODIES, "sun_mesh": STIFF, "ring_mesh": STIFF}
+    shafts = [{"between": ["low_sun", "high_carrier"], "stiffness": 1e6}]
+    found = read_train({"speed": {"high_sun": 7000}, "planets": [{"name": "low", **one}, {"name": "high", **one}],
+                        "shafts": shafts}, None)
+    assert [mesh.name for mesh in found.meshes] == [
+        "low_sun/planet1", "low_planet1/ring", "high_sun/planet1", "high_planet1/ring"]
+    assert found.body("high_planet1").carrier == "high_carrier"
+    assert found.speeds["low_carrier"] == pytest.approx(7000 / (1 + 99 / 27) ** 2, rel=1e-14)
+    with pytest.raises(InputError, match="planets high: count must divide"):
+        read_train({"speed": 100, "planets": [{"name": "low", **one}, {"name": "high", **one, "count": 5}]}, None)
+    with pytest.raises(InputError, match="must be that of no other part"):
+        read_train({"speed": 100, "planets": [one, one]}, None)
+
+
+@pytest.mark.parametrize(("speed", "words"), [
+    ({"ring": 100}, "speed: body that turns must be one of"), ({"sum": 100}, "Did you mean 'sun'"),
+    ({"sun": 100, "carrier": 20}, "speed must be that of one body"), ({"sun": -5}, "speed.sun must be greater than 0")])
+def test_a_speed_is_that_of_one_body_that_turns(speed, words):
+    table = {"speed": speed, "planets": {"count": 1, "teeth": [27, 36, 99], "module": "2.8 mm", **BODIES,
+                                         "sun_mesh": STIFF, "ring_mesh": STIFF}}
+    with pytest.raises(InputError) as error:
+        read_train(table, None)
+    assert words in str(error.value)
 
 
 @pytest.mark.parametrize(("given", "field", "words"), [

@@ -10,6 +10,7 @@ from gearchaos.flow import OK, Measure, of_meshes
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.quantities import parameter_owner
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
+from tests import EXAMPLES
 from tests.oracles.physical_trains import Oracle, motion
 from tests.oracles.random_trains import SHAPES, random_state, random_train
 
@@ -44,10 +45,20 @@ def test_many_random_trains_agree_with_an_independent_integration(shape, seed):
     assert difference(shape, seed, 2) < 1e-10
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [600, 900, 1173])
+def test_the_gearbox_of_a_wind_turbine_agrees_with_an_independent_integration(speed):
+    train = gc.open(EXAMPLES / "train_wind_turbine.toml").at(speed=speed)
+    assert difference_of(train, np.random.default_rng(speed)) < 1e-11
+
+
 def difference(shape: str, seed: int, periods: int = 1) -> float:
-    """The largest difference of coordinates after common periods, relative to the growth of a disturbance."""
     rng = np.random.default_rng([seed, SHAPES.index(shape)])
-    train = random_train(shape, rng)
+    return difference_of(random_train(shape, rng), rng, periods)
+
+
+def difference_of(train: gc.Train, rng: np.random.Generator, periods: int = 1) -> float:
+    """The largest difference of coordinates after common periods, relative to the growth of a disturbance."""
     oracle = Oracle(train, train.period)
     model = as_model(train)
     while not (found := motion(train, state := random_state(oracle, rng), periods))["switched"]:

@@ -17,7 +17,8 @@ from tests import EXAMPLES
 from tests.commands import refused
 
 DESIGNS = {"spur_50_50.toml", "spur_27_35.toml", "iso_tr_6336_30_example_1.toml", "fzg_type_c.toml"}
-TRAINS = {"train_idler.toml": 4, "train_loose_gear.toml": 2, "train_two_stage.toml": 6, "train_planetary.toml": 28}
+TRAINS = {"train_idler.toml": 4, "train_loose_gear.toml": 2, "train_two_stage.toml": 6, "train_planetary.toml": 28,
+          "train_wind_turbine.toml": 50}
 PAIR = """
 [gearpair]
 n1 = 25\nn2 = 40\nR1 = "35.24 mm"\nR2 = "56.38 mm"\nI1 = "4.88e-4 kg*m^2"\nI2 = "3.20e-3 kg*m^2"

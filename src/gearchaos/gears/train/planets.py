@@ -24,7 +24,7 @@ from gearchaos.gears.io.fields import (
     whole,
 )
 from gearchaos.gears.train.mesh import Mesh
-from gearchaos.gears.train.parts import Body
+from gearchaos.gears.train.parts import Body, part_name
 from gearchaos.quantities import POSITIVE
 
 _MOST_PLANETS = 12
@@ -45,10 +45,13 @@ class PlanetarySet(Record):
 
     Its ``bodies`` are ``sun``, ``carrier``, ``ring``, ``planet1``, …, those that are held last, and its ``meshes``
     ``sun/planet1``, ``planet1/ring``, …. Other bodies are joined to it by shafts, such as a ring that is held
-    elastically, by a shaft to ``"ground"``.
+    elastically, by a shaft to ``"ground"``. A ``name`` stands before theirs, ``low_sun`` and
+    ``low_sun/planet1``.
 
     Parameters
     ----------
+    name : str, optional
+        Needed where a train has several sets.
     count : int
         Number of planets.
     teeth : three int
@@ -99,6 +102,7 @@ class PlanetarySet(Record):
     321.4
     """
 
+    name: Any = field(default=None, metadata=read_by(part_name))
     count: int = field(metadata=read_by(
         whole(f"must be a whole number from 1 to {_MOST_PLANETS}", 1, _MOST_PLANETS)))
     teeth: Any = field(metadata=read_by(_teeth))
@@ -201,14 +205,18 @@ class PlanetarySet(Record):
         """Angles of the planets, rad."""
         return [2 * math.pi * n / self.count for n in range(self.count)]
 
+    def named(self, body: str) -> str:
+        """The name of a body of this set, such as ``sun``, in the train."""
+        return f"{self.name}_{body}" if self.name else body
+
     @property
     def bodies(self) -> list[Body]:
         """Sun, carrier, ring, those that are held last, and the planets."""
         names = sorted(("sun", "carrier", "ring"), key=lambda name: bool(getattr(self, name).get("fixed")))
-        found = [_part(Body, name, {"name": name, **getattr(self, name)}) for name in names]
-        return found + [_part(Body, "planet", {
-            "name": f"planet{n}", "carrier": "carrier", "orbit": self.orbit, "position": position, **self.planet})
-                        for n, position in enumerate(self.positions, 1)]
+        found = [self._part(Body, name, {"name": self.named(name), **getattr(self, name)}) for name in names]
+        return found + [self._part(Body, "planet", {
+            "name": self.named(f"planet{n}"), "carrier": self.named("carrier"), "orbit": self.orbit,
+            "position": position, **self.planet}) for n, position in enumerate(self.positions, 1)]
 
     @property
     def meshes(self) -> list[Mesh]:
@@ -223,18 +231,18 @@ class PlanetarySet(Record):
             2 * involute(geometry.transverse_pressure_angle) - sum(map(involute, angles)))
         out = []
         for n, position in enumerate(self.positions, 1):
-            with_sun = _part(Mesh, "sun_mesh", {
-                "between": ("sun", f"planet{n}"), "teeth": (sun, planet), "base_radii": (base * sun, base * planet),
-                "pressure_angle": angles[0], **of_design, **self.sun_mesh})
-            with_ring = _part(Mesh, "ring_mesh", {
-                "between": (f"planet{n}", "ring"), "teeth": (planet, ring), "internal": True,
+            mates = [self.named(name) for name in ("sun", f"planet{n}", "ring")]
+            with_sun = self._part(Mesh, "sun_mesh", {
+                "name": self.named(f"sun/planet{n}"), "between": mates[:2], "teeth": (sun, planet),
+                "base_radii": (base * sun, base * planet), "pressure_angle": angles[0], **of_design, **self.sun_mesh})
+            with_ring = self._part(Mesh, "ring_mesh", {
+                "name": self.named(f"planet{n}/ring"), "between": mates[1:], "teeth": (planet, ring), "internal": True,
                 "base_radii": (base * planet, base * ring), "pressure_angle": angles[1], **self.ring_mesh})
             for mesh, ahead in ((with_sun, -sense * sun * position),
                                 (with_ring, sense * ring * position + math.pi * planet + across)):
                 out.append(replace(mesh, phase=mesh.phase + ahead) if mesh.varies else mesh)
         return out
 
-
-def _part(kind: type[Any], name: str, values: Mapping[str, Any]) -> Any:
-    """A body or mesh of the set from the table of this name."""
-    return record_values(kind, f"planets: {name}", values)
+    def _part(self, kind: type[Any], name: str, values: Mapping[str, Any]) -> Any:
+        """A body or mesh of the set from the table of this name."""
+        return record_values(kind, f"planets{f' {self.name}' if self.name else ''}: {name}", values)

@@ -32,6 +32,16 @@ MOST_CYCLES = 2000
 BALANCE = 1e-6  # largest mean torque left over, relative to the sum of all
 
 
+def _speed(field: str, value: Any) -> Any:
+    """A speed in rpm of the first body, or the name of another one and its speed."""
+    read = one(units.SPEED, POSITIVE)
+    if not isinstance(value, Mapping):
+        return read(field, value)
+    if len(value) != 1:
+        raise InputError(field, "must be that of one body", dict(value), 'E.g. speed = { rotor = "12.1 rpm" }.')
+    return next((name, read(f"{field}.{name}", speed)) for name, speed in value.items())
+
+
 @dataclass(frozen=True, kw_only=True)
 class Train(Damped, HasCard):
     """A gear train: bodies, shafts and meshes with play, in SI.
@@ -41,8 +51,8 @@ class Train(Damped, HasCard):
 
     Parameters
     ----------
-    speed : angular velocity
-        Of the first body; a plain number is in rpm.
+    speed : angular velocity, or table
+        Of the first body; a plain number is in rpm. A table names another body, ``{"rotor": "12.1 rpm"}``.
     bodies : list of Body or tables
     shafts : list of Shaft or tables
     meshes : list of Mesh or tables
@@ -74,7 +84,7 @@ class Train(Damped, HasCard):
     'permanent'
     """
 
-    speed: Any = field(metadata=read_by(one(units.SPEED, POSITIVE)))
+    speed: Any = field(metadata=read_by(_speed))
     bodies: Any = field(metadata=read_by(parts(Body)))
     meshes: Any = field(metadata=read_by(parts(Mesh)))
     shafts: Any = field(default=(), metadata=read_by(parts(Shaft)))
@@ -124,7 +134,11 @@ class Train(Damped, HasCard):
                 raise InputError(field_of(body, "carrier"), "must be a body that is no planet", body.carrier)
         for mesh in self.meshes:
             self._check_mesh(mesh)
-        _ = self.ratios
+        if isinstance(self.speed, tuple):
+            name, speed = self.speed
+            if not self.ratios.get(name):
+                raise unknown_name("speed: body that turns", name, [body for body in known if self.ratios[body]])
+            object.__setattr__(self, "speed", speed / abs(float(self.ratios[name])))
         self._check_period()
         self.check_balance()
 

@@ -22,7 +22,7 @@ _KINDS = {"bodies": Body, "shafts": Shaft, "meshes": Mesh}
 def read_train(table: Mapping[str, Any], pair: Callable[[str], Any]) -> Train:
     """The train of a table ``[train]``; ``pair`` reads the gears at a path, for meshes with a ``design``.
 
-    A table ``planets`` adds the bodies and meshes of a planetary set.
+    A table ``planets``, or a list of such, adds the bodies and meshes of planetary sets.
     """
     given = dict(table)
     planets = given.pop("planets", None)
@@ -35,10 +35,12 @@ def read_train(table: Mapping[str, Any], pair: Callable[[str], Any]) -> Train:
                              for i, part in enumerate(found))
 
     gather(partial(read, name) for name in _KINDS if name in given or planets is not None)
-    if isinstance(planets, Mapping):
-        planets = {name: _with_design(part, pair) for name, part in _with_design(planets, pair).items()}
-    if planets is not None:
-        found = _in_words("train.planets", "planets: ", PlanetarySet, planets)
+    for each in planets if isinstance(planets, list) else [] if planets is None else [planets]:
+        own, label = each, "planets"
+        if isinstance(each, Mapping):
+            own = {name: _with_design(part, pair) for name, part in _with_design(each, pair).items()}
+            label = f"planets {each['name']}" if isinstance(each.get("name"), str) else label
+        found = _in_words("train.planets", f"{label}: ", PlanetarySet, own)
         given["bodies"] += found.bodies
         given["meshes"] += found.meshes
     return _in_words("train", "train.", Train, given)
