@@ -87,6 +87,51 @@ def test_forces_of_a_wind_turbine_s_gearbox_are_those_of_statics():
     assert found["high"]["force_peak"] == pytest.approx(torque / 0.6329, rel=1e-9)
 
 
+PIN = {"stiffness": 1e8, "damping": 1e3}
+SHARING = {"count": 3, "teeth": (27, 36, 99), "module": "2.8 mm",
+           "sun_mesh": {"stiffness": 5e8, "damping": 800, "backlash": 1e-3},
+           "ring_mesh": {"stiffness": 4e8, "damping": 800, "backlash": 1e-3}}
+
+
+def forces_of_planets(errors, pin=None, sun=None, wanted="force_peak"):
+    """Peak forces of the sun and ring meshes of three planets at 200 N m, N."""
+    held = planets(**{**SHARING, **BODIES, "sun": {"inertia": 1e-3, "torque": 200, **(sun or {})},
+                      "carrier": {"inertia": 0.05, "torque": -200 * (1 + 99 / 27)}, "position_errors": errors,
+                      "planet": {**BODIES["planet"], **({"pin": pin} if pin else {})}})
+    found = gc.regime(gc.Train(speed=1000, bodies=held.bodies, meshes=held.meshes)).meshes
+    return np.array([[found[mesh][wanted] for mesh in (f"sun/planet{n}", f"planet{n}/ring")] for n in (1, 2, 3)])
+
+
+@pytest.mark.parametrize("pin", [None, PIN])
+def test_a_pin_that_stands_ahead_changes_the_share_of_its_planet(pin):
+    """The centre of a planet that leads by e presses sun and ring meshes in series: ΔF = 2 cos α (e − ē)/(1/k_s + 1/k_r
+    + 4 cos² α/k_pin), where the sun's centre rests and its angle lets the forces sum up to the torque; the sign is that
+    of a planet that is driven by the sun and drives the carrier, which leads it against the load."""
+    errors, cosine = np.array([4e-6, -1e-6, 0]), math.cos(math.radians(20))
+    series = 1 / 5e8 + 1 / 4e8 + (4 * cosine**2 / PIN["stiffness"] if pin else 0)
+    mean = 200 / 3 / (27 * 2.8e-3 * cosine / 2)
+    expected = mean - 2 * cosine * (errors - errors.mean()) / series
+    assert forces_of_planets(errors.tolist(), pin) == pytest.approx(np.stack([expected, expected], axis=1), rel=1e-9)
+
+
+def test_a_planet_that_stands_too_far_ahead_carries_nothing():
+    """The others share by what they lead each other; the dynamic factor refers to that."""
+    (first, *others), cosine = forces_of_planets([20e-6, -5e-6, 0]), math.cos(math.radians(20))
+    mean, apart = 200 / 2 / (27 * 2.8e-3 * cosine / 2), 2 * cosine * 2.5e-6 / (1 / 5e8 + 1 / 4e8)
+    assert first.tolist() == [0, 0]
+    assert np.array(others) == pytest.approx(np.array([2 * [mean + apart], 2 * [mean - apart]]), rel=1e-9)
+    factors = forces_of_planets([20e-6, -5e-6, 0], wanted="dynamic_factor")[1:]
+    assert factors == pytest.approx(np.ones((2, 2)), rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_floating_sun_shares_the_load_of_three_planets_alike():
+    """Three forces on a sun whose centre is free are in balance only if they are alike."""
+    soft = {"mass": 0.4, "support": {"stiffness": 1e3, "damping": 10}}
+    apart = forces_of_planets([20e-6, -5e-6, 0], PIN, soft)
+    assert apart == pytest.approx(np.full((3, 2), apart.mean()), rel=1e-3)
+
+
 def flank(radius):
     """The angle between the axis and the flank of a planet's tooth, by the outline of its generated teeth."""
     section = transverse_section(DESIGN)
@@ -150,6 +195,7 @@ def test_a_speed_is_that_of_one_body_that_turns(speed, words):
     ({"profile_shift": 0.3}, "profile_shift", "must be a list of two: sun and planets"),
     ({"profile_shift": None, "centre_distance": "93 mm"}, "profile_shift", "must be given with this centre distance"),
     ({"centre_distance": "80 mm"}, "centre_distance", "the sum of the base radii"),
+    ({"position_errors": ["5 um", 0]}, "position_errors", "must be 1, one for each planet"),
     ({"design": DESIGN}, "module", "must be left out beside design"),
     ({"design": DESIGN, "teeth": (20, 36, 92), "module": None, "helix_angle": None, "profile_shift": None}, "teeth",
      "must begin with [27, 36], those of the design"),

@@ -76,8 +76,9 @@ class Assembly:
 
     @cached_property
     def middle(self) -> np.ndarray:
-        """The chosen deflections s midway between their flanks, with the sign reversed, (P, r)."""
-        halves = [self.backlash(e) / 2 if e.mesh is not None else np.zeros(self.points) for e in self.found.chosen]
+        """row·q of the chosen elements midway between their flanks, with the sign reversed, (P, r)."""
+        halves = [self.backlash(e) / 2 + e.ahead if e.mesh is not None else np.zeros(self.points)
+                  for e in self.found.chosen]
         return np.stack(halves, axis=1)
 
     def coefficients(self, element: Element) -> np.ndarray:
@@ -172,11 +173,12 @@ class Assembly:
             if np.abs(self._own_harmonics(element)).max(initial=0.0) > most:
                 raise InputError(f"mesh {element.name}: error_amplitudes",
                                  "must leave the flanks of a closed loop together", "errors that do not",
-                                 "Where meshes form a loop, as in a planetary set, an error of one must be that of the "
-                                 "others: give errors only to meshes outside of loops.")
+                                 "Where meshes form a loop, as in a planetary set without pins, an error of one must be "
+                                 "that of the others. Give the planets a pin, or errors only to meshes outside of loops.")
             rows[m, self.at] = self.coefficients(element)
             pushes[:, m, self.place] = np.einsum("pvn,n->pv", self.to_speeds, element.row)
-            front = self.middle @ rows[m, self.at] + (self.backlash(element) / 2 if element.stops else 0.0)
+            front = self.middle @ rows[m, self.at] - element.ahead + (
+                self.backlash(element) / 2 if element.stops else 0.0)
             offsets[:, m] = np.stack([front, self.backlash(element) - front], axis=1)
         return rows, pushes, offsets
 
@@ -194,15 +196,26 @@ class Assembly:
     def static(self) -> np.ndarray:
         """Mean forces of all contacts and springs under the mean torques, (P, E), negative on a back flank.
 
-        Where meshes close a loop, they share the load by their mean stiffnesses.
+        Where meshes close a loop, they share the load by their mean stiffnesses and what stands ahead. One that would
+        have to pull carries nothing.
         """
         elements = [*self.found.contacts, *self.found.springs]
         rows = np.array([element.row for element in elements])
         k = np.stack([self.stiffness(element) for element in elements], axis=1)
-        total = np.einsum("en,pe,em->pnm", rows, k, rows)
-        q = np.einsum("pnm,pm->pn", np.linalg.pinv(total, rcond=1e-12, hermitian=True),
-                      self._of(self.found.torques(self.value)))
-        return k * (q @ rows.T)
+        torques, pushes = self._of(self.found.torques(self.value)), np.array([element.contact for element in elements])
+
+        def forces(k: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+            total = np.einsum("en,pe,em->pnm", rows, k, rows)
+            inverse = np.linalg.pinv(total, rcond=1e-12, hermitian=True)
+            q = np.einsum("pnm,pm->pn", inverse, torques - (k * ahead) @ rows)
+            return k * (q @ rows.T + ahead)
+
+        found = forces(k, np.zeros(len(elements)))
+        if (ahead := np.array([element.ahead for element in elements])).any():
+            flank = np.sign(found)
+            while (pulls := pushes & ((found := forces(k, ahead)) * flank < 0)).any():
+                k = np.where(pulls, 0.0, k)
+        return found
 
     def prescribed_rates(self) -> np.ndarray:
         """The prescribed parts of the rates of the deflections at the phase 0, in states (P, d)."""

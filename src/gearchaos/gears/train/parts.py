@@ -228,6 +228,8 @@ class Body:
         ``pin``, a `Support`, or without play and elasticity.
     orbit : length, optional
     position : angle
+    position_error : length
+        Of a planet: how far its pin stands ahead of ``position`` on the orbit. It changes how planets share the load.
     pin : Support or table, optional
 
     Raises
@@ -255,6 +257,7 @@ class Body:
     carrier: Any = field(default=None, metadata=read_by(part_name))
     orbit: Any = field(default=None, metadata=read_by(one(units.LENGTH, POSITIVE)))
     position: Any = field(default=0.0, metadata=read_by(one(units.ANGLE)))
+    position_error: Any = field(default=0.0, metadata=read_by(one(units.LENGTH)))
     pin: Any = field(default=None, metadata=read_by(record(Support)))
 
     def __post_init__(self) -> None:
@@ -279,7 +282,7 @@ class Body:
             raise InputError("orbit", "must be given with carrier, and only with it", self.orbit)
         if self.carrier is not None and self.support is not None:
             raise InputError("support", "must be left out for a planet", "given", "A planet has a pin in its carrier.")
-        for name in ("pin", "position") if self.carrier is None else ():
+        for name in ("pin", "position", "position_error") if self.carrier is None else ():
             if getattr(self, name):
                 raise InputError(name, "must be left out without carrier", "a value",
                                  "It is that of a planet, and has no effect here.")

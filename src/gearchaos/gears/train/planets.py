@@ -15,6 +15,7 @@ from gearchaos.gears.io import units
 from gearchaos.gears.io.fields import (
     Record,
     check_toothing,
+    each,
     having,
     number,
     one,
@@ -68,6 +69,9 @@ class PlanetarySet(Record):
         of a file with ``[design]``; its torque is that of one mesh.
     sun, ring, carrier, planet : tables
         Fields of a `Body` without its name; a ring that is held is ``{fixed = true}``.
+    position_errors : list of length, optional
+        How far the pin of each planet stands ahead on the orbit, in the sense in which positions count: that in which
+        the first body turns.
     sun_mesh, ring_mesh : tables
         Fields of a `Mesh` without names, teeth and base radii, alike for all planets. Both waveforms begin at the same
         position of their pitch points in the mesh cycle. The angle of their forces is the working one.
@@ -114,6 +118,7 @@ class PlanetarySet(Record):
     design: Any = field(default=None, metadata=read_by(having(
         "geometry", "must be a GearDesign, in a study file the path of a file with [design]",
         "It is that of the sun and a planet.")))
+    position_errors: Any = field(default=None, metadata=read_by(each(units.LENGTH)))
     sun: Any = None
     ring: Any = None
     carrier: Any = None
@@ -131,11 +136,13 @@ class PlanetarySet(Record):
         faults: dict[str, Any] = {name: getattr(self, name).get("faults") or () for name in ("sun_mesh", "ring_mesh")}
         if self.design is not None:
             faults["design"] = self.design.faults
-        for name, each in faults.items():
+        for name, given in faults.items():
             wheel = 1 if name == "ring_mesh" else 2
-            if any((fault["wheel"] if isinstance(fault, Mapping) else fault.wheel) == wheel for fault in each):
+            if any((fault["wheel"] if isinstance(fault, Mapping) else fault.wheel) == wheel for fault in given):
                 raise InputError(f"{name}.faults", f"must leave out wheel {wheel}", "a fault of every planet",
                                  "Write the bodies and meshes out for one of a single planet.")
+        if len(self.position_errors or ()) not in (0, self.count):
+            raise InputError("position_errors", f"must be {self.count}, one for each planet", len(self.position_errors))
         self._check_dimensions()
         sun, _, ring = self.teeth
         if (sun + ring) % self.count == 0 and self._gap(self.count) > 0:
@@ -214,9 +221,11 @@ class PlanetarySet(Record):
         """Sun, carrier, ring, those that are held last, and the planets."""
         names = sorted(("sun", "carrier", "ring"), key=lambda name: bool(getattr(self, name).get("fixed")))
         found = [self._part(Body, name, {"name": self.named(name), **getattr(self, name)}) for name in names]
+        errors = self.position_errors or [0.0] * self.count
         return found + [self._part(Body, "planet", {
             "name": self.named(f"planet{n}"), "carrier": self.named("carrier"), "orbit": self.orbit,
-            "position": position, **self.planet}) for n, position in enumerate(self.positions, 1)]
+            "position": position, "position_error": error, **self.planet})
+                        for n, (position, error) in enumerate(zip(self.positions, errors, strict=True), 1)]
 
     @property
     def meshes(self) -> list[Mesh]:

@@ -31,7 +31,8 @@ Value = Callable[[str, str, float], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Element:
-    """A spring, a mesh or the stops of a shaft: its deflection is row·q + Σ prescribed[body] φ_body(t) − error."""
+    """A spring, a mesh or the stops of a shaft: its deflection is row·q + Σ prescribed[body] φ_body(t) + ahead
+    − error."""
 
     name: str
     row: np.ndarray  # (n,)
@@ -40,6 +41,7 @@ class Element:
     stiffness: float = 0.0
     damping: float = 0.0
     backlash: float = 0.0
+    ahead: float = 0.0  # where pins of planets do not stand where they should
     mesh: Mesh | None = None
     stops: bool = False
 
@@ -126,8 +128,9 @@ class Structure:
         sense = 1.0 if train.ratios[a.name] >= (train.ratios[held] if held else 0) else -1.0
         other = -rb if mesh.internal else rb
         factors = {a.name: sense * ra, b.name: sense * other}
-        normal = np.zeros(2)
-        if any(self.centre(body).any() for body in (a, b)):
+        normal, ahead = np.zeros(2), 0.0
+        moves = any(self.centre(body).any() for body in (a, b))
+        if moves or held:
             direction = mesh.line_of_action or 0.0
             if held and mesh.line_of_action is None and mesh.pressure_angle is not None:
                 planet = a if a.carrier else b
@@ -137,11 +140,15 @@ class Structure:
                 outwards = 1.0 if (planet is a) == mesh.internal else -1.0
                 direction = planet.position + along * (np.pi / 2 - outwards * mesh.pressure_angle)
             normal = np.array([np.cos(direction), np.sin(direction)])
-        elif held:  # the carrier is prescribed or held: no centre moves
+            for body, sign in ((a, 1.0), (b, -1.0)):
+                tangent = np.array([-np.sin(body.position), np.cos(body.position)])
+                ahead += sign * body.position_error * float(normal @ tangent)
+        if held and not moves:  # the carrier is prescribed or held
             factors[held] = factors.get(held, 0.0) - sense * (ra + other)
         row, prescribed = self._angles(factors)
         row = row + normal @ (self.centre(a) - self.centre(b))
-        return Element(mesh.name, row, prescribed, mesh.name, damping=mesh.damping, backlash=mesh.backlash, mesh=mesh)
+        return Element(mesh.name, row, prescribed, mesh.name, damping=mesh.damping, backlash=mesh.backlash, ahead=ahead,
+                       mesh=mesh)
 
     def _choose(self) -> None:
         """Choose the coordinates: independent rows, and the motions that deflect nothing."""
