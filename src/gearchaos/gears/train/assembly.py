@@ -173,8 +173,8 @@ class Assembly:
             if np.abs(self._own_harmonics(element)).max(initial=0.0) > most:
                 raise InputError(f"mesh {element.name}: error_amplitudes",
                                  "must leave the flanks of a closed loop together", "errors that do not",
-                                 "Where meshes form a loop, as in a planetary set without pins, an error of one must be "
-                                 "that of the others. Give the planets a pin, or errors only to meshes outside of loops.")
+                                 "Where meshes form a loop, as in a planetary set without pins, an error of one must "
+                                 "be that of the others. Give planets a pin, or errors to meshes outside of loops.")
             rows[m, self.at] = self.coefficients(element)
             pushes[:, m, self.place] = np.einsum("pvn,n->pv", self.to_speeds, element.row)
             front = self.middle @ rows[m, self.at] - element.ahead + (

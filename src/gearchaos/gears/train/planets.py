@@ -51,8 +51,6 @@ class PlanetarySet(Record):
 
     Parameters
     ----------
-    name : str, optional
-        Needed where a train has several sets.
     count : int
         Number of planets.
     teeth : three int
@@ -67,6 +65,8 @@ class PlanetarySet(Record):
     design : GearDesign, optional
         Of the sun and a planet, in place of all these, and for what ``sun_mesh`` leaves out. In a study file the path
         of a file with ``[design]``; its torque is that of one mesh.
+    name : str, optional
+        Needed where a train has several sets.
     sun, ring, carrier, planet : tables
         Fields of a `Body` without its name; a ring that is held is ``{fixed = true}``.
     position_errors : list of length, optional
@@ -106,7 +106,6 @@ class PlanetarySet(Record):
     321.4
     """
 
-    name: Any = field(default=None, metadata=read_by(part_name))
     count: int = field(metadata=read_by(
         whole(f"must be a whole number from 1 to {_MOST_PLANETS}", 1, _MOST_PLANETS)))
     teeth: Any = field(metadata=read_by(_teeth))
@@ -119,6 +118,7 @@ class PlanetarySet(Record):
         "geometry", "must be a GearDesign, in a study file the path of a file with [design]",
         "It is that of the sun and a planet.")))
     position_errors: Any = field(default=None, metadata=read_by(each(units.LENGTH)))
+    name: Any = field(default=None, metadata=read_by(part_name))
     sun: Any = None
     ring: Any = None
     carrier: Any = None
