@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry, mating_geometry
+from gearchaos.gears.geometry.internal import InternalGeometry
 from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.gears.io import units
 from gearchaos.gears.io.fields import (
@@ -24,8 +25,10 @@ from gearchaos.gears.io.fields import (
     two,
     whole,
 )
+from gearchaos.gears.stiffness.iso6336 import from_iso, tooth_stiffness
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import Body, part_name
+from gearchaos.gears.train.stiffness import of_model
 from gearchaos.quantities import POSITIVE
 
 _MOST_PLANETS = 12
@@ -64,7 +67,8 @@ class PlanetarySet(Record):
         Of sun and planets; by default that without backlash of these two.
     design : GearDesign, optional
         Of the sun and a planet, in place of all these, and for what ``sun_mesh`` leaves out. In a study file the path
-        of a file with ``[design]``; its torque is that of one mesh.
+        of a file with ``[design]``; its torque is that of one mesh. ``ring_mesh`` then needs nothing: it has a
+        stiffness by ISO 6336-1, of the width and material of the planet, damping and backlash of the sun mesh.
     name : str, optional
         Needed where a train has several sets.
     sun, ring, carrier, planet : tables
@@ -130,6 +134,8 @@ class PlanetarySet(Record):
         super().__post_init__()
         if self.design is not None and self.sun_mesh is None:
             object.__setattr__(self, "sun_mesh", {})
+        if self.design is not None and self.ring_mesh is None:
+            object.__setattr__(self, "ring_mesh", {})
         for name in ("sun", "ring", "carrier", "planet", "sun_mesh", "ring_mesh"):
             if not isinstance(getattr(self, name), Mapping):
                 raise InputError(name, "must be given, a table", getattr(self, name))
@@ -171,14 +177,11 @@ class PlanetarySet(Record):
         if not any(self.geometry.profile_shift) and ring != sun + 2 * planet:
             raise InputError("teeth", f"must have a ring of z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
                              "The gears have no profile shift.")
-        geometry, angle = self.geometry, self._ring_pressure_angle
-        opening = involute(angle) - involute(geometry.transverse_pressure_angle)
-        shift = math.inf if math.isnan(angle) else geometry.profile_shift[1] + (ring - planet) * opening / (
-            2 * math.tan(geometry.pressure_angle))  # of a ring without backlash, in modules
+        shift = self.ring_geometry.profile_shift[1]
         if not abs(shift) <= _MOST_SHIFT:
             raise InputError("teeth", f"must have a ring near z_sun + 2 z_planet = {sun + 2 * planet} teeth", ring,
                              f"At the centre distance of {self.orbit * 1e3:.6g} mm " + (
-                                 "its base circle is too large for the planets." if math.isinf(shift) else
+                                 "its base circle is too large for the planets." if math.isnan(shift) else
                                  f"it would need a profile shift of {shift:.3g} modules."))
 
     @cached_property
@@ -191,11 +194,27 @@ class PlanetarySet(Record):
                   "helix_angle": abs(self.helix_angle or 0.0), "face_width": (0.0, 0.0)}
         return mating_geometry(values, self.centre_distance, self.profile_shift, (0.0, 0.0))
 
-    @property
-    def _ring_pressure_angle(self) -> float:
-        """Working pressure angle of planets and ring, NaN where no such one exists."""
-        cosine = (self.teeth[2] - self.teeth[1]) * self.geometry.base_diameter[0] / self.teeth[0] / (2 * self.orbit)
-        return math.acos(cosine) if abs(cosine) < 1 else math.nan
+    @cached_property
+    def ring_geometry(self) -> InternalGeometry:
+        """Dimensions of a planet and the ring, which has the profile shift of no backlash, NaN where there is none."""
+        sun, own, z = self.geometry, self.geometry.profile_shift[1], self.teeth[1:]
+        width, alteration = (sun.face_width[1],) * 2, (sun.tip_alteration[1], 0.0)
+        given = InternalGeometry(**{**asdict(sun), "teeth": z, "face_width": width, "tip_alteration": alteration})
+        opening = involute(given.working_pressure_angle) - involute(given.transverse_pressure_angle)
+        shift = -own - (z[1] - z[0]) * opening / (2 * math.tan(given.pressure_angle))
+        return replace(given, profile_shift=(own, shift))
+
+    def _of_ring(self, sun_mesh: Mesh) -> dict[str, Any]:
+        """What the ring mesh has where it is not given, beside a design."""
+        if self.design is None or "design" in self.ring_mesh:
+            return {}
+        found: dict[str, Any] = {"damping": sun_mesh.damping, "backlash": sun_mesh.backlash}
+        if not {"stiffness", "tooth_pairs"} & self.ring_mesh.keys():
+            geometry, modulus = self.ring_geometry, self.design.material[1].E
+            single = tooth_stiffness(geometry, youngs_modulus=(modulus, modulus), blanks=(self.design.blanks[1], None))
+            curve = from_iso(geometry, single.mesh_stiffness)
+            found["stiffness"] = of_model(curve.waveform, curve.reference)
+        return found
 
     def _gap(self, count: int) -> float:
         """The distance of the tip circles of neighbours, if so many planets are equally spaced, m."""
@@ -234,7 +253,7 @@ class PlanetarySet(Record):
         base = geometry.base_diameter[0] / sun / 2
         sense = -1 if self.sun.get("fixed") else 1  # in which the sun turns in the frame of the carrier
         of_design = {} if self.design is None else {"design": self.design}
-        angles = geometry.working_pressure_angle, self._ring_pressure_angle
+        angles = geometry.working_pressure_angle, self.ring_geometry.working_pressure_angle
         # between the flanks of a planet's tooth that touch sun and ring, each at its pitch circle, times z_planet
         across = math.pi + 4 * geometry.profile_shift[1] * math.tan(geometry.pressure_angle) + planet * (
             2 * involute(geometry.transverse_pressure_angle) - sum(map(involute, angles)))
@@ -246,7 +265,8 @@ class PlanetarySet(Record):
                 "base_radii": (base * sun, base * planet), "pressure_angle": angles[0], **of_design, **self.sun_mesh})
             with_ring = self._part(Mesh, "ring_mesh", {
                 "name": self.named(f"planet{n}/ring"), "between": mates[1:], "teeth": (planet, ring), "internal": True,
-                "base_radii": (base * planet, base * ring), "pressure_angle": angles[1], **self.ring_mesh})
+                "base_radii": (base * planet, base * ring), "pressure_angle": angles[1],
+                **self._of_ring(with_sun), **self.ring_mesh})
             for mesh, ahead in ((with_sun, -sense * sun * position),
                                 (with_ring, sense * ring * position + math.pi * planet + across)):
                 out.append(replace(mesh, phase=mesh.phase + ahead) if mesh.varies else mesh)
