@@ -119,12 +119,59 @@ def test_the_momentum_of_an_undamped_free_train_stays_as_it_is():
 
 
 def test_a_common_period_is_that_of_all_orders():
-    meshes = [mesh("motor", "wheel", 20, 41), mesh("wheel", "load", 19, 50)]
-    train = gc.Train(speed=3000.0, meshes=meshes, bodies=[
-        gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="wheel", inertia=2e-3),
-        gc.Body(name="load", inertia=4e-2, torque=-20.0 * 41 / 20 * 50 / 19)])
+    train = hunting_train()
     assert train.cycles == {"motor/wheel": 41, "wheel/load": 19}
     assert train.period == pytest.approx(60 / 3000 / 20 * 41)
+
+
+def hunting_train(speed=3000.0, damping=600.0, **given):
+    meshes = [mesh("motor", "wheel", 20, 41, damping=damping), mesh("wheel", "load", 19, 50, damping=damping)]
+    return gc.Train(speed=speed, meshes=meshes, bodies=[
+        gc.Body(name="motor", inertia=1e-3, torque=20.0), gc.Body(name="wheel", inertia=2e-3),
+        gc.Body(name="load", inertia=4e-2, torque=-20.0 * 41 / 20 * 50 / 19)], **given)
+
+
+def test_orders_that_deviate_shorten_the_common_period():
+    """20 and 20·19/41 in a turn, at 41/19: its convergents and what lies between are 11/5, 13/6 and 28/13."""
+    exact = hunting_train()
+    for tolerance, cycles in ((0.03, (11, 5)), (0.008, (13, 6)), (0.002, (28, 13)), (1e-6, (41, 19))):
+        near = hunting_train(frequency_tolerance=tolerance)
+        assert tuple(near.cycles.values()) == cycles
+        assert near.deviation == pytest.approx(abs(cycles[1] / cycles[0] * 41 / 19 - 1), abs=1e-14)
+        assert near.deviation <= tolerance
+        assert near.period == pytest.approx(exact.period * cycles[0] / 41, rel=1e-14)
+
+
+def test_forces_with_orders_that_deviate_are_near_the_exact_ones():
+    exact, near = (gc.regime(hunting_train(400.0, 4e3, frequency_tolerance=tolerance)).meshes
+                   for tolerance in (0.0, 0.002))
+    for name, one in exact.items():
+        assert near[name]["force_rms"] == pytest.approx(one["force_rms"], rel=2e-3)
+        assert near[name]["contact"] == one["contact"] == "permanent"
+
+
+def test_teeth_that_repeat_late_and_orders_that_are_no_ratio_are_followed_nearly():
+    three = [mesh(*names, *teeth) for names, teeth in (("ab", (97, 101)), ("bc", (103, 107)), ("cd", (109, 113)))]
+    torque = 20.0 * 101 / 97 * 107 / 103 * 113 / 109
+    bodies = [gc.Body(name=name, inertia=1e-3, torque={"a": 20.0, "d": -torque}.get(name, 0.0)) for name in "abcd"]
+    late = gc.Train(speed=3000.0, bodies=bodies, meshes=three)
+    assert max(late.cycles.values()) <= 2000 and 0 < late.deviation < 1e-3
+    assert f"frequencies are up to {100 * late.deviation:.2g} % off" in as_model(late).in_words
+    assert "off" not in as_model(hunting_train()).in_words
+    circle = replace(late, meshes=three[:1], bodies=[
+        gc.Body(name="a", inertia=1e-3, torque=20.0, torque_orders=[{"order": np.pi, "amplitude": 1.0}]),
+        gc.Body(name="b", inertia=1e-3, torque=-20.0 * 101 / 97)])
+    assert circle.excitation_orders()["order 3.14159 of a"] == pytest.approx(np.pi, rel=1e-4)
+    assert 0 < circle.deviation < 1e-4
+
+
+def test_a_mesh_and_the_turns_of_its_wheels_stay_in_their_ratio():
+    bent = hunting_train(frequency_tolerance=0.02)
+    bent = replace(bent, meshes=[replace(bent.meshes[0], eccentricity=(2e-6, 0.0)), bent.meshes[1]])
+    turn, first, second = (bent.excitation_orders()[name] for name in (
+        "turn of motor in motor/wheel", "mesh motor/wheel", "mesh wheel/load"))
+    assert first == 20 * turn and bent.turns == {"motor": int(turn / bent.base_order)}
+    assert 0 < abs(float(second / first) * 41 / 19 - 1) < 0.04
 
 
 def test_results_of_one_motion_do_not_depend_on_others():

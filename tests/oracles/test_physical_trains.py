@@ -38,6 +38,20 @@ def test_the_kernel_for_any_number_of_coordinates_gives_the_same_bits(monkeypatc
     assert runs[0] == runs[1]
 
 
+@pytest.mark.slow
+def test_room_for_few_matrices_gives_the_same_bits(monkeypatch):
+    rng = np.random.default_rng([3, SHAPES.index("chain")])
+    model, runs = as_model(random_train("chain", rng)), []
+    for room in (2 << 30, 100_000):
+        monkeypatch.setattr("gearchaos.flow.contact_tables._LARGEST", room)
+        problem = initial_value_problems(model)
+        entries = problem.flow._tables.matrix.shape[1]
+        runs.append((entries, problem.flow.advance(problem.w + 0.7, 5, measured=True)))
+    (many, one), (few, other) = runs
+    assert few < min(many, problem.flow.step_count[0])
+    assert one.w.tobytes() == other.w.tobytes() and one.measures.tobytes() == other.measures.tobytes()
+
+
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("seed", [*range(4), *range(20, 30)])
 @pytest.mark.parametrize("shape", SHAPES)

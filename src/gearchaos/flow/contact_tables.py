@@ -14,6 +14,7 @@ from gearchaos.flow.system import SwitchedSystem, min_steps_per_period
 
 _MEMORY = 128 << 20  # bytes of step tables and matrices that are kept for points
 _SETS = 6  # contact sets for which there is room at each step on the average; when it is used up it is used anew
+_LARGEST = 2 << 30  # bytes of the matrices of one point, of many coordinates and a long period
 MOST_UNROLLED = 8
 """Most coordinates for which kernels are compiled by themselves, 1.2 to 1.7 times faster: it took minutes for 24."""
 
@@ -61,9 +62,11 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
     steps, sizes = int(counts.sum(axis=1).max()), (d, len(contacts.sides), len(rows))
-    one = new_tables(1, steps, steps * _SETS, *sizes)
+    few, more = (sum(array.nbytes for array in new_tables(1, 1, n, *sizes)) for n in (1, 2))
+    entries = min(steps * _SETS, _LARGEST // (more - few))
+    one = new_tables(1, steps, entries, *sizes)
     places = min(points, max(1, _MEMORY // sum(array.nbytes for array in one)))
-    return found, new_tables(places, steps, steps * _SETS, *sizes)
+    return found, new_tables(places, steps, entries, *sizes)
 
 
 def _split(edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -144,7 +144,8 @@ class TrainModel(GearModel):
         parts += [f"pairs of tooth {f.tooth} of {mesh.between[f.wheel - 1]} {100 * (1 - f.kept):.3g} % less stiff"
                   for mesh in train.meshes for f in mesh.faults if f.kept < 1][:_NAMED]
         return (f"train: {', '.join(parts)}; everything repeats after {train.period * 1e3:.4g} ms"
-                f"{' = ' * bool(train.cycles)}{cycles}{turns}, the period of results")
+                f"{' = ' * bool(train.cycles)}{cycles}{turns}, the period of results" + (
+                    f"; for that, frequencies are up to {100 * train.deviation:.2g} % off" if train.deviation else ""))
 
     @property
     def known_names(self) -> tuple[str, ...]:

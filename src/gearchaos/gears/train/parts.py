@@ -30,7 +30,7 @@ GROUND = "ground"
 """The name of the housing in the ends of a shaft."""
 
 JOINED = {"shaft": "-", "mesh": "/"}  # between the names of both ends in the name of a part
-_MOST_ORDER = 1000  # largest order of an excitation, and largest denominator of one
+_MOST_ORDER = 1000  # largest order of an excitation, and largest denominator of a short ratio
 Part = TypeVar("Part")
 
 
@@ -98,12 +98,9 @@ def ends_of(field: str, value: Any) -> tuple[str, str]:
 def _order(field: str, value: Any) -> float:
     ratio = re.fullmatch(r"\s*(\d{1,9})\s*/\s*([1-9]\d{0,8})\s*", value) if isinstance(value, str) else None
     found = number(POSITIVE)(field, int(ratio[1]) / int(ratio[2]) if ratio else value)
-    if found > _MOST_ORDER or abs(Fraction(found).limit_denominator(_MOST_ORDER) - found) > 1e-9 * found:
-        near = dict.fromkeys(Fraction(found).limit_denominator(most) for most in (10, 100, _MOST_ORDER))
-        choices = "; ".join(f"'{each}', {float(each) / found - 1:+.1g} off, repeats after {each.denominator} turns"
-                            for each in near if 0 < each <= _MOST_ORDER)
-        raise InputError(field, f"must be a ratio of whole numbers up to {_MOST_ORDER}", value,
-                         "E.g. 2, 0.5 or '7/3'." + f" Near ones and what they cost: {choices}." * bool(choices))
+    if found > _MOST_ORDER:
+        raise InputError(field, f"must be at most {_MOST_ORDER}", value, "It counts turns of the first body, e.g. 2, "
+                         "0.5 or '7/3'.")
     return found
 
 
@@ -119,8 +116,9 @@ class _Order:
 
     @property
     def ratio(self) -> Fraction:
-        """The order as a ratio of whole numbers."""
-        return Fraction(self.order).limit_denominator(_MOST_ORDER)
+        """The order as a ratio of whole numbers: a short one if it is near."""
+        short = Fraction(self.order).limit_denominator(_MOST_ORDER)
+        return short if abs(short / self.order - 1) < 1e-9 else Fraction(self.order).limit_denominator(10**6)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -228,7 +228,8 @@ class Structure:
     def orders(self) -> np.ndarray:
         """Orders of all excitations of the forcing as multiples of the common one, ascending, (H,) int."""
         train, base = self.train, self.train.base_order
-        found = {each.ratio for body in train.bodies for each in (*(body.motion or ()), *body.torque_orders)}
+        found = {train.followed_order(each.ratio)
+                 for body in train.bodies for each in (*(body.motion or ()), *body.torque_orders)}
         for mesh in train.meshes:
             found |= {train.turn_order(mesh, i) for i, length in enumerate(mesh.eccentricity) if length}
             found |= {(j + 1) * train.mesh_order(mesh) for j, e in enumerate(mesh.error_amplitudes) if e}
@@ -242,7 +243,7 @@ class Structure:
         out = np.zeros((len(self.orders), len(self.index)), complex)
         for body in self.free:
             for each in body.torque_orders:
-                out[self._at(each.ratio), self.index[body.name, "angle"]] += (
+                out[self._at(self.train.followed_order(each.ratio)), self.index[body.name, "angle"]] += (
                     self.sense(body.name) * each.amplitude * np.exp(1j * each.phase))
         return out
 
@@ -251,9 +252,10 @@ class Structure:
         out = np.zeros((len(speed), len(self.orders)), complex)
         for name, factor in element.prescribed.items():
             for each in self.train.body(name).motion:
+                order = self.train.followed_order(each.ratio)
                 size = each.angle if each.angle is not None else (
-                    -each.acceleration / (each.order * speed) ** 2)
-                out[:, self._at(each.ratio)] += factor * self.sense(name) * size * np.exp(1j * each.phase)
+                    -each.acceleration / (float(order) * speed) ** 2)
+                out[:, self._at(order)] += factor * self.sense(name) * size * np.exp(1j * each.phase)
         if (mesh := element.mesh) is None:
             return out
         for i, length in enumerate(mesh.eccentricity):

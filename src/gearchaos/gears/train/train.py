@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,20 +14,19 @@ import numpy as np
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import convert_fields, name_of, one, read_by, record
+from gearchaos.gears.io.fields import convert_fields, name_of, number, one, read_by, record
 from gearchaos.gears.mesh.pair import GearPair, Scales
 from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import GROUND, Body, Shaft, Units, field_of, parts
+from gearchaos.gears.train.period import common, followed_orders
 from gearchaos.gears.train.ratios import steady_ratios
 from gearchaos.gears.train.stiffness import STEPS, SeriesStiffness
 from gearchaos.gears.train.structure import units_of
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, SHARED_LAWS, Damped, DampingLaw
-from gearchaos.quantities import POSITIVE, parameter_owner
+from gearchaos.quantities import POSITIVE, Rule, parameter_owner
 
-MOST_CYCLES = 2000
-"""Most cycles of a mesh in the common period of all excitations."""
-
+_TOLERANCE = Rule(lambda v: 0 <= v <= 0.05, "must be from 0 to 0.05")
 BALANCE = 1e-6  # largest mean torque left over, relative to the sum of all
 
 
@@ -59,6 +57,9 @@ class Train(Damped, HasCard):
         At least one. Results without the name of a mesh are those of the first.
     damping_law : {"always", "contact"}
         Where the damping of the meshes acts, which do not say it themselves.
+    frequency_tolerance : float
+        How far mesh frequencies and orders may deviate, relatively, so that all repeats sooner; 0 is exact, and at most
+        1e-3 where that would take more than 2000 mesh cycles.
     reference : Units, optional
         The units of dimensionless results; by default half the first backlash, and the frequency and mean stiffness of
         the first mesh.
@@ -89,6 +90,7 @@ class Train(Damped, HasCard):
     meshes: Any = field(metadata=read_by(parts(Mesh)))
     shafts: Any = field(default=(), metadata=read_by(parts(Shaft)))
     damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*SHARED_LAWS)))
+    frequency_tolerance: Any = field(default=0.0, metadata=read_by(number(_TOLERANCE)))
     reference: Any = field(default=None, metadata=read_by(record(Units)))
 
     @classmethod
@@ -139,7 +141,7 @@ class Train(Damped, HasCard):
             if not self.ratios.get(name):
                 raise unknown_name("speed: body that turns", name, [body for body in known if self.ratios[body]])
             object.__setattr__(self, "speed", speed / abs(float(self.ratios[name])))
-        self._check_period()
+        _ = self.followed
         self.check_balance()
 
     def unbalanced(self, **changed: Any) -> Train:
@@ -232,30 +234,55 @@ class Train(Damped, HasCard):
         """The steady speed of each body, rpm; negative where it turns against the first one."""
         return {name: float(ratio) * self.speed for name, ratio in self.ratios.items()}
 
-    def mesh_order(self, mesh: Mesh) -> Fraction:
-        """Mesh cycles in a turn of the first body."""
+    def _exact_order(self, mesh: Mesh) -> Fraction:
         held = self.carrier(mesh)
         return abs(self.ratios[mesh.between[0]] - (self.ratios[held] if held else 0)) * mesh.teeth[0]
+
+    def mesh_order(self, mesh: Mesh) -> Fraction:
+        """Mesh cycles in a turn of the first body, as they are followed."""
+        return self.followed_order(self._exact_order(mesh))
 
     def turn_order(self, mesh: Mesh, wheel: int) -> Fraction:
         """Turns of a wheel of a mesh, 0 or 1, against its other one in a turn of the first body."""
         return self.mesh_order(mesh) / mesh.teeth[wheel]
 
-    def excitation_orders(self) -> dict[str, Fraction]:
+    def followed_order(self, exact: Fraction) -> Fraction:
+        """The order that is followed in place of that of an excitation."""
+        return self.followed.get(exact, exact)
+
+    @cached_property
+    def _exact_orders(self) -> dict[str, Fraction]:
         """The orders of everything that varies with time, by what it is, of the turn of the first body."""
-        found = {f"mesh {mesh.name}": self.mesh_order(mesh) for mesh in self.meshes if mesh.varies}
+        found = {f"mesh {mesh.name}": self._exact_order(mesh) for mesh in self.meshes if mesh.varies}
         for mesh in self.meshes:
-            found |= {f"turn of {mesh.between[i]} in {mesh.name}": self.turn_order(mesh, i) for i in mesh.turning}
+            found |= {f"turn of {mesh.between[i]} in {mesh.name}": self._exact_order(mesh) / mesh.teeth[i]
+                      for i in mesh.turning}
         for body in self.bodies:
             for each in (*(body.motion or ()), *body.torque_orders):
                 found[f"order {each.order:g} of {body.name}"] = each.ratio
         return {name: order for name, order in found.items() if order} or {
-            f"mesh {self.meshes[0].name}": self.mesh_order(self.meshes[0])}
+            f"mesh {self.meshes[0].name}": self._exact_order(self.meshes[0])}
+
+    @cached_property
+    def followed(self) -> dict[Fraction, Fraction]:
+        """The orders that are followed, by the exact ones, which they may miss where all would repeat late."""
+        tied = [{self._exact_order(mesh), *(self._exact_order(mesh) / mesh.teeth[i] for i in mesh.turning)}
+                for mesh in self.meshes if mesh.turning]
+        return followed_orders(self._exact_orders, tied, self.frequency_tolerance)
+
+    def excitation_orders(self) -> dict[str, Fraction]:
+        """The orders of all excitations as they are followed, by what they are of."""
+        return {name: self.followed_order(order) for name, order in self._exact_orders.items()}
 
     @cached_property
     def base_order(self) -> Fraction:
         """Common periods in a turn of the first body: the greatest common divisor of all orders."""
-        return _common(self.excitation_orders().values())
+        return common(self.followed.values())
+
+    @property
+    def deviation(self) -> float:
+        """The largest relative deviation of an order that is followed from the exact one."""
+        return max(abs(float(near / exact) - 1) for exact, near in self.followed.items())
 
     @property
     def period(self) -> float:
@@ -272,42 +299,6 @@ class Train(Damped, HasCard):
         """Turns of wheels in the common period, for those by which something repeats once per turn."""
         return {mesh.between[i]: int(self.turn_order(mesh, i) / self.base_order)
                 for mesh in self.meshes for i in mesh.turning}
-
-    def _check_period(self) -> None:
-        """Raise `InputError` for a common period that is too long, with the numbers of teeth that make it shorter."""
-        found = self.excitation_orders()
-        longest = max(found, key=lambda name: found[name])
-        cycles = found[longest] / self.base_order
-        if cycles <= MOST_CYCLES:
-            return
-        fewest, choice = min(self._shorter(found), default=(cycles, ""))
-        advice = f"With {choice} they would be {int(fewest)}." if fewest <= MOST_CYCLES else (
-            "Choose numbers of teeth with common factors, and orders in simple ratios.")
-        orders = ", ".join(f"{order} of {name}" for name, order in found.items())
-        raise InputError("common period", f"must have at most {MOST_CYCLES} cycles of {longest}", int(cycles),
-                         f"{advice} Periods in a turn of {self.bodies[0].name}: {orders}.")
-
-    def _shorter(self, found: Mapping[str, Fraction]) -> Iterator[tuple[Fraction, str]]:
-        """Cycles of the fastest excitation in the common period with a near choice, and that choice in words."""
-        for name, order in found.items():
-            if name.startswith("turn "):
-                orders = {other: order for other, order in found.items() if other != name}
-                yield max(orders.values()) / _common(orders.values()), f"the {name} left out"
-            near = order.limit_denominator(2)
-            if name.startswith("order ") and near and near != order:
-                orders = {**found, name: near}
-                yield max(orders.values()) / _common(orders.values()), f"{float(near):g} in place of {name}"
-        for i, mesh in enumerate(self.meshes):
-            for wheel, change in product((0, 1), (-2, -1, 1, 2)):
-                teeth = [z + change * (n == wheel) for n, z in enumerate(mesh.teeth)]
-                radii = [r * z / old for r, z, old in zip(mesh.base_radii, teeth, mesh.teeth, strict=True)]
-                try:
-                    near_mesh = replace(mesh, teeth=teeth, base_radii=radii)
-                    other = self.unbalanced(meshes=tuple(near_mesh if n == i else m for n, m in enumerate(self.meshes)))
-                    orders = other.excitation_orders()
-                except InputError:  # too few teeth, or a loop that does not close
-                    continue
-                yield max(orders.values()) / other.base_order, f"{teeth[0]}/{teeth[1]} teeth of {mesh.name}"
 
     def at(self, *, speed: float | None = None, torque: float | None = None) -> Train:
         """The same train at another speed of the first body, rpm, or load: all mean torques change in the ratio of the
@@ -361,7 +352,7 @@ class Train(Damped, HasCard):
         """Sentences about values that are possible but unusual."""
         cycles = max(self.cycles.values(), default=1)
         found = {f"The excitations repeat after {cycles} mesh cycles ({self.period * 1e3:.4g} ms), the unit in which "
-                 "periods and sections are counted.": cycles > 100}
+                 "periods and sections are counted. frequency_tolerance = 0.001 may shorten it.": cycles > 100}
         for mesh in self.meshes:
             most = max((abs(v) for v in (*map(abs, mesh.eccentricity), *(fault.back for fault in mesh.faults), *(
                 late for wheel in mesh.pitch_errors for late in wheel))), default=0.0)
@@ -373,8 +364,3 @@ class Train(Damped, HasCard):
                   "m.": mesh.backlash > 5e-3 for mesh in self.meshes}
         return tuple(text for text, holds in found.items() if holds)
 
-
-def _common(orders: Iterable[Fraction]) -> Fraction:
-    """The greatest common divisor of fractions."""
-    found = list(orders)
-    return Fraction(math.gcd(*(each.numerator for each in found)), math.lcm(*(each.denominator for each in found)))
