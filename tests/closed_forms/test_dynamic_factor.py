@@ -7,7 +7,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor import Refused, SpeedRange, resonance, standards
+from gearchaos.gears.dynamic_factor import Refused, ResonanceRange, resonance, standards
 from gearchaos.gears.dynamic_factor.agma import dynamic_factor_agma, quality_number
 from gearchaos.gears.dynamic_factor.iso_method_b import (
     Deviations,
@@ -246,7 +246,7 @@ def test_dynamic_factors_of_a_design():
     design, flanks = design_of_example_1(), (HARDENED, HARDENED)
     found, run_in = dynamic_factors(design), of_design(design, flanks)
     for each in (found["Kv_ISO_B"], run_in):  # as published
-        assert each.value == pytest.approx(1.003, abs=5e-4) and each.speed_range is SpeedRange.SUBCRITICAL
+        assert each.value == pytest.approx(1.003, abs=5e-4) and each.speed_range is ResonanceRange.SUBCRITICAL
     stiffness = tooth_stiffness(design.geometry).mesh_stiffness * 0.1
     assert run_in.resonance.resonance_speed * 17 == pytest.approx(
         math.sqrt(stiffness / design.equivalent_mass), rel=1e-12)

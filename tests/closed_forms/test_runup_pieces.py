@@ -14,7 +14,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.cli.runup import print_runup, runup_document
 from gearchaos.studies.runup import runup, runup_results
-from gearchaos.studies.runup.runup_jumps import GOES_ON, NOT_PERIODIC, Jump, find_event
+from gearchaos.studies.runup.runup_jumps import GOES_ON, NOT_PERIODIC, ChangePoint, find_event
 from gearchaos.studyfile import load_study
 from tests.closed_forms.linear_gears import PAIR_FILE
 from tests.commands import ask
@@ -150,7 +150,7 @@ def event_after(speed, jump, before=3.0, period=500, width=10):
     motion = gc.simulate(model, periods=1, transient=3000)
     w = np.array([motion.section_z.item(-1), motion.section_z_dot.item(-1)])
     return find_event(
-        Jump(period, width, jump, before, 2 * before, True), 0, 0, lambda _: (model, w, ("z", "z_dot")))
+        ChangePoint(period, width, jump, before, 2 * before, True), 0, lambda _: (model, w, ("z", "z_dot")))
 
 
 def test_without_an_end_of_the_branch_or_from_a_chaotic_motion_there_is_no_event():

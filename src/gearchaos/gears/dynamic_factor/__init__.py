@@ -99,8 +99,8 @@ def standards() -> tuple[Standard, ...]:
     return tuple(sorted(_register().values(), key=lambda each: (not each.name.startswith("Kv_ISO"), each.name)))
 
 
-class SpeedRange(Enum):
-    """Range of the speed relative to the main resonance."""
+class ResonanceRange(Enum):
+    """Range of the running speed relative to the main resonance, ISO 6336-1:2006, 6.4.2."""
 
     SUBCRITICAL = "subcritical"
     MAIN_RESONANCE = "main resonance"
@@ -126,13 +126,13 @@ class Resonance:
         """Resonance ratio N = n1/n_E1, (9), at a speed of wheel 1 in rad/s."""
         return abs(speed) / self.resonance_speed
 
-    def range_at(self, speed: float) -> SpeedRange:
+    def range_at(self, speed: float) -> ResonanceRange:
         ratio = self.ratio(speed)
         if ratio <= self.lower_limit_ratio:
-            return SpeedRange.SUBCRITICAL
+            return ResonanceRange.SUBCRITICAL
         if ratio <= MAIN_END:
-            return SpeedRange.MAIN_RESONANCE
-        return SpeedRange.INTERMEDIATE if ratio < SUPERCRITICAL_START else SpeedRange.SUPERCRITICAL
+            return ResonanceRange.MAIN_RESONANCE
+        return ResonanceRange.INTERMEDIATE if ratio < SUPERCRITICAL_START else ResonanceRange.SUPERCRITICAL
 
 
 def resonance(teeth1: int, mesh_stiffness: float, reduced_mass: float, line_load: float) -> Resonance:

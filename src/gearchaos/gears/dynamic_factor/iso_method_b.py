@@ -15,7 +15,7 @@ from gearchaos.gears.dynamic_factor import (
     SUPERCRITICAL_START,
     Refused,
     Resonance,
-    SpeedRange,
+    ResonanceRange,
     Standard,
     resonance,
     velocity_parameter,
@@ -141,7 +141,7 @@ class DynamicFactorB:
 
     resonance: Resonance
     constants: Constants
-    speed_range: SpeedRange
+    speed_range: ResonanceRange
     resonance_ratio: float = described("N", "n1/n_E1", f"{_CLAUSE}.2, (9)")
     pitch_parameter: float = described("B_p", "c′ (f_pb − y_p)/(K_A F_t/b)", f"{_CLAUSE}.3, (15), (18)")
     profile_parameter: float = described("B_f", "c′ (f_fα − y_f)/(K_A F_t/b)", f"{_CLAUSE}.3, (16), (19)")
@@ -174,18 +174,18 @@ def dynamic_factor_b(
     deviation, above = c.C_v1 * pitch + c.C_v2 * profile, c.C_v5 * pitch + c.C_v6 * profile + c.C_v7
     main = deviation + c.C_v4 * relief + 1
     value = {
-        SpeedRange.SUBCRITICAL: ratio * (deviation + c.C_v3 * relief) + 1,  # (13), (14)
-        SpeedRange.MAIN_RESONANCE: main,  # (20)
-        SpeedRange.INTERMEDIATE: above + (main - above) * (SUPERCRITICAL_START - ratio) / (
+        ResonanceRange.SUBCRITICAL: ratio * (deviation + c.C_v3 * relief) + 1,  # (13), (14)
+        ResonanceRange.MAIN_RESONANCE: main,  # (20)
+        ResonanceRange.INTERMEDIATE: above + (main - above) * (SUPERCRITICAL_START - ratio) / (
             SUPERCRITICAL_START - MAIN_END),  # (22)
-        SpeedRange.SUPERCRITICAL: above}[where]  # (21)
+        ResonanceRange.SUPERCRITICAL: above}[where]  # (21)
     remarks = {
         "Below 50 N/mm there is a danger of vibration with separation of the flanks, which K_v does not cover":
             load.line_load < 50e3,
         "Operation in the main resonance range should be avoided; the true K_v may differ by up to 40 %":
-            where is SpeedRange.MAIN_RESONANCE,
+            where is ResonanceRange.MAIN_RESONANCE,
         "In the intermediate range the standard recommends a refined analysis, method A":
-            where is SpeedRange.INTERMEDIATE,
+            where is ResonanceRange.INTERMEDIATE,
         "Below (v z1/100) √(u²/(1 + u²)) = 3 m/s method B is outside the range recommended in 6.3.2; see method C":
             velocity_parameter(geometry, load.velocity) < 3}
     return DynamicFactorB(resonance=found, constants=c, speed_range=where, resonance_ratio=ratio, pitch_parameter=pitch,

@@ -26,7 +26,7 @@ from gearchaos.studies.core.cost import Cost, estimate
 from gearchaos.studies.core.declaration import function_of
 from gearchaos.studies.core.operating_ranges import operating_axis
 from gearchaos.studies.core.options import RANGE, Option, axis_option, option
-from gearchaos.studies.runup.runup_jumps import Jump, find_event, find_jumps
+from gearchaos.studies.runup.runup_jumps import find_event, find_jumps
 from gearchaos.studies.runup.runup_results import WORST, Journal, Run, RunResults
 from gearchaos.studies.runup.torque_profile import (
     Profile,
@@ -239,23 +239,18 @@ class RunUp(MeshStudy):
 
     def _jump_variables(self, found: Mapping[str, RunResults], progress: bool) -> dict[str, xr.Variable]:
         """The variables over ``jump`` by name."""
-        jumps: list[tuple[str, Jump, int]] = []  # with the first period at which the motion before can be taken
-        for way, each in found.items():
-            point = self._point(way, each.run.time(each.groups[:-1]), each.run.speed(each.groups))
-            last = 0
-            for jump in find_jumps(each, self._samples // self.samples, [*point.values()]):
-                jumps.append((way, jump, last))
-                last = jump.period + 2 * jump.width
+        jumps = [(way, jump) for way, each in found.items() for jump in find_jumps(
+            each, self._samples // self.samples,
+            [*self._point(way, each.run.time(each.groups[:-1]), each.run.speed(each.groups)).values()])]
         columns = {
-            "speed_of_jump": [jump.speed for _, jump, _ in jumps], "direction_of_jump": [way for way, *_ in jumps],
-            "factor_before_jump": [jump.before for _, jump, _ in jumps],
-            "factor_after_jump": [jump.after for _, jump, _ in jumps],
-            "clear_jump": [jump.clear for _, jump, _ in jumps]}
+            "speed_of_jump": [jump.speed for _, jump in jumps], "direction_of_jump": [way for way, _ in jumps],
+            "factor_before_jump": [jump.before for _, jump in jumps],
+            "factor_after_jump": [jump.after for _, jump in jumps], "clear_jump": [jump.clear for _, jump in jumps]}
         if self.events:
             events = []
             with bar("runup, events" if progress else None, len(jumps)) as advance:
-                for way, jump, last in jumps:
-                    events.append(find_event(jump, last, self._at, partial(self._at_period, found[way], way)))
+                for way, jump in jumps:
+                    events.append(find_event(jump, self._at, partial(self._at_period, found[way], way)))
                     advance(1)
             columns |= {"event_kind": [kind for kind, _ in events], "event_speed": [speed for _, speed in events]}
         kinds = {"direction_of_jump": str, "event_kind": str, "clear_jump": bool}

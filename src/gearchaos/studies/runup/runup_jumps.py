@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,8 +34,8 @@ NOT_PERIODIC, GOES_ON = "not periodic", "goes on"
 """Why a jump has no event: the motion before it is not periodic, or its branch stays stable."""
 
 
-class Jump(NamedTuple):
-    """A sudden change of the range of the mesh force."""
+class ChangePoint(NamedTuple):
+    """A sudden change of the range of the mesh force in a run: there the motion jumps."""
 
     period: int
     width: int  # periods on either side by which it was found
@@ -42,9 +43,10 @@ class Jump(NamedTuple):
     before: float  # largest dynamic factors
     after: float
     clear: bool  # whether the range is steady on both sides
+    earliest: int = 0  # period since which the motion may have been the same: the motion after the last jump
 
 
-def find_jumps(results: RunResults, cycles: int, changing: Sequence[np.ndarray]) -> list[Jump]:
+def find_jumps(results: RunResults, cycles: int, changing: Sequence[np.ndarray]) -> list[ChangePoint]:
     """Where the range of the mesh force of the periods, each of so many mesh cycles, changes suddenly.
 
     That of two periods is taken, alike along a motion of doubled period. On one side it must be steady, so that a
@@ -78,25 +80,26 @@ def find_jumps(results: RunResults, cycles: int, changing: Sequence[np.ndarray])
         spread = high - low
         settled = spread[middle_of + width : middle_of + 2 * width + 1].min()  # when the transient is over
         clear = max(spread[middle_of - width], settled) < math.log(_JUMP)
-        out.append(Jump(int(groups[k]), width * size, float(changing[0][k]), was, becomes, bool(clear)))
+        out.append(ChangePoint(int(groups[k]), width * size, float(changing[0][k]), was, becomes, bool(clear)))
         change[max(0, middle_of - 3 * width) : middle_of + width] = 0.0
-    return sorted(out)
+    out.sort()
+    return out[:1] + [each._replace(earliest=last.period + 2 * last.width) for last, each in pairwise(out)]
 
 
 def find_event(
-    jump: Jump, earliest: int, mesh: int, before: Callable[[int], tuple[Any, np.ndarray, tuple[str, ...]]]
+    jump: ChangePoint, mesh: int, before: Callable[[int], tuple[Any, np.ndarray, tuple[str, ...]]]
 ) -> tuple[str, float]:
     """The kind and the speed of the event that ends the branch of the motion before a jump; where there is none, why
     and NaN.
 
     ``before`` gives for a period the model at its speed and torque, the state (d,) at its start, and the names of that.
     A run passes the end of a branch before it jumps. So the motion is taken ever earlier until it is on a branch, but
-    not before the period ``earliest``; soon after that, once, a width before the jump. The search ends at a motion
+    not before the last jump; soon after that, once, a width before the jump. The search ends at a motion
     without a period that stays as large as it was, by the force of the ``mesh`` with this number.
     """
     why, periods = NOT_PERIODIC, [jump.period - jump.width * widths for widths in _EARLIER]
-    known = [period for period in periods if period >= earliest]
-    for period in known or [max(earliest, jump.period - jump.width)]:
+    known = [period for period in periods if period >= jump.earliest]
+    for period in known or [max(jump.earliest, jump.period - jump.width)]:
         model, w, names = before(period)
         family = ParameterFamily(model, ("speed",), names)
         start = as_initial_values(family, family.start[None], w[None, None])
