@@ -9,12 +9,15 @@ from matplotlib.figure import Figure
 from scipy.linalg import expm
 
 import gearchaos as gc
+from gearchaos.continuation.events import KINDS
 
 SINGLE = gc.MeshModel.of(kind="single", omega=1.0, zeta=0.025, q0=0.1, eps1=0.05)
 DOUBLED = gc.MeshModel.of(omega=1.0, q0=0.1, eps1=0.206)
 PAIR = gc.GearPair(
     n1=25, n2=40, I1=4.88e-4, I2=3.2e-3, R1=0.03524, R2=0.05638, c0=4e8, k=530.0, backlash=1.2e-4, M10=85.0,
     speed="14000 rpm", error_amplitudes=["6 um"])
+LOOKS = [kind for name, kind in KINDS.items() if name != "border-collision"]  # that looks as a graze does
+EVENT_COLOURS = [kind.colour for kind in LOOKS]
 CHANGES = ("fold", "flip", "neimark-sacker", "pitchfork")
 
 

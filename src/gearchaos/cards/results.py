@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from gearchaos.cards.card import EMPHASIS, MOST_POINTS, Card, Drawing, around, card, colours
+from gearchaos.continuation.events import KINDS
 from gearchaos.continuation.orbit import Orbit
 from gearchaos.continuation.saddles import EdgeState
 from gearchaos.datasets import gridded_variable, motions
@@ -19,7 +20,6 @@ from gearchaos.plot.classes import NO_CLASS
 from gearchaos.plot.diagrams import density
 from gearchaos.plot.motions import first_coordinate
 from gearchaos.plot.states import UNDECIDED, attractor_colours
-from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.motion.regime import Verdict, steady
 from gearchaos.studies.motion.simulate import simulate
 from gearchaos.studies.operation.beside_factors import beside_factors
@@ -212,9 +212,9 @@ def _skeleton(ds: xr.Dataset) -> Drawing:
     (left, right), (low, high) = (settings[axis][1:3] for axis in "xy")
     drawing = Drawing("curves of events", (left, right), (low, high))
     for number, kind in enumerate(ds["curve_kind"].values.tolist()):
-        own = ds["curve"].values == number
-        dark = kind in ("fold", "pitchfork")
-        drawing.line(x[own], y[own], colour="currentColor" if dark else EVENT_COLOURS[kind], dashed=kind == "graze")
+        own, look = ds["curve"].values == number, KINDS[kind]
+        colour = "currentColor" if kind in ("fold", "pitchfork") else look.colour  # that are dark
+        drawing.line(x[own], y[own], colour=colour, dashed=not look.changes)
     return drawing
 
 

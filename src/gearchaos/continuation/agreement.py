@@ -15,7 +15,7 @@ import numpy as np
 
 from gearchaos.continuation.arclength import from_polyline
 from gearchaos.continuation.curve import CurveData
-from gearchaos.continuation.events import FLIP, FOLD, NEIMARK_SACKER, PITCHFORK
+from gearchaos.continuation.events import KINDS
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.dynamics import Classification, Label, classify, orbits
 
@@ -29,9 +29,6 @@ units of the distance of cells."""
 _SAME_FAMILY = 0.5
 """Largest difference of a coordinate between the orbits of one family at neighbouring cells, relative to the larger of
 1 and the largest coordinate."""
-
-_ENDED = {FOLD: (1,), NEIMARK_SACKER: (1,), PITCHFORK: (1,), FLIP: (1, 2)}
-"""The periods, in those of a curve, of the motions that are born or lose their stability there, by kind."""
 
 _TILE = 4096
 
@@ -72,7 +69,7 @@ def explain_sides(family: ParameterFamily, x: np.ndarray, y: np.ndarray, label: 
     index = np.full(len(cells), -1)
     seen = np.zeros(len(curves), bool)
     for number, curve in enumerate(curves):
-        ended = [multiple * curve.period for multiple in _ENDED.get(curve.kind, ())]
+        ended = [multiple * curve.period for multiple in KINDS[curve.kind].ended]
         possible = np.flatnonzero((cause != BASIN) & np.isin(n, ended))
         line, middle = curve.values / spacing, 0.5 * (values[possible] / spacing + beyond[possible] / spacing)
         close = np.all((middle >= line.min(axis=0) - _WITHIN - 1) & (middle <= line.max(axis=0) + _WITHIN + 1), axis=1)

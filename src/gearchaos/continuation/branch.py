@@ -23,10 +23,10 @@ from gearchaos.continuation.arclength import (
 )
 from gearchaos.continuation.events import (
     BORDER_COLLISION,
+    CHANGE_STABILITY,
     FLIP,
     FOLD,
     GRAZE,
-    NEIMARK_SACKER,
     PITCHFORK,
     Event,
     find_events,
@@ -59,9 +59,6 @@ _REACHES = (1e-9, 1e-7, 1e-5, 1e-3)
 
 _SEPARATE = 1e-2
 """An orbit nearer to one of half the period than this fraction of the last point's distance is no orbit of its own."""
-
-CHANGE_STABILITY = (FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, BORDER_COLLISION)
-"""The kinds of events at which stability may change."""
 
 _STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 """Distances from an event at which an orbit of the other branch is tried, in half backlashes."""

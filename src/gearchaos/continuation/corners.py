@@ -20,7 +20,7 @@ import numpy as np
 
 from gearchaos.continuation.arclength import Equations, Point, Stopped, correct, from_polyline, length, root_between
 from gearchaos.continuation.defining import EventEquations, EventState, GrazeEquations
-from gearchaos.continuation.events import TESTS, of_data
+from gearchaos.continuation.events import KINDS, of_data
 from gearchaos.continuation.shooting import Cycle, evaluate
 
 _REACH = (0.0, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2)
@@ -89,7 +89,7 @@ class Grazes:
         def at(distance: float) -> Point:
             return self.point(self.origin, distance, 0.0)
 
-        return nearest_root(of_data(lambda state: TESTS[self.equations.kind](state.cycle)), at, reach)
+        return nearest_root(of_data(lambda state: KINDS[self.equations.kind].test(state.cycle)), at, reach)
 
     def beyond(self, corner: Point, side: float, points: Sequence[Point], other: bool) -> Point | None:
         """The first point of the curve on one side of the graze: gap positive or negative; ``other`` than that from
@@ -140,7 +140,7 @@ def _first_on_circles(equations: EventEquations, corner: np.ndarray, on_circle: 
     It is next to an orbit on one of the circles about the corner of these radii and angles, which may lie on the
     ``other`` side of a graze than the points of the curve so far. None where Newton's method leads elsewhere.
     """
-    test, size = of_data(lambda state: TESTS[equations.kind](state.cycle)), len(corner)
+    test, size = of_data(lambda state: KINDS[equations.kind].test(state.cycle)), len(corner)
     rest, weights = points[-1].u[size:], equations.weights[:size]
     scale = np.sqrt(weights)
     line = scale * np.stack([p.u[:size] for p in points])

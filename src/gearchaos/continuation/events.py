@@ -12,23 +12,19 @@ neighbouring cycles.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations, pairwise
-from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gearchaos.continuation.arclength import Equations, Point, Stopped, along, between, root_between
 from gearchaos.continuation.shooting import Cycle, count_unstable
 
-FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE, BORDER_COLLISION = KINDS = (
+FOLD, FLIP, NEIMARK_SACKER, PITCHFORK, NEUTRAL_SADDLE, GRAZE, BORDER_COLLISION = (
     "fold", "flip", "neimark-sacker", "pitchfork", "neutral-saddle", "graze", "border-collision")
-"""The kinds of events."""
-
-_CHANGES = {FOLD: 1, FLIP: 1, PITCHFORK: 1, NEIMARK_SACKER: 2, NEUTRAL_SADDLE: 0}
-"""By how many the number of multipliers outside the unit circle can change at an event."""
 
 _RELATIVE = 1e-14  # to this fraction of the distance of the two points an event is located
 
@@ -85,22 +81,47 @@ def critical_event(multipliers: np.ndarray, exists: bool) -> str:
 
 def branch_test(cycle: Cycle) -> float:
     """Π (μ − 1) over all multipliers: up to its sign the determinant of M − 1."""
-    return float(prod([m - 1.0 for m in cycle.multipliers.tolist()]).real)
+    return float(math.prod([m - 1.0 for m in cycle.multipliers.tolist()]).real)
 
 
 def flip_test(cycle: Cycle) -> float:
     """Π (μ + 1) over all multipliers: the determinant of M + 1."""
-    return float(prod([m + 1.0 for m in cycle.multipliers.tolist()]).real)
+    return float(math.prod([m + 1.0 for m in cycle.multipliers.tolist()]).real)
 
 
 def pair_test(cycle: Cycle) -> float:
     """Π (μ_i μ_j − 1) over all pairs of multipliers; it vanishes for a pair on the unit circle, and for a neutral
     saddle. It cannot vanish for d = 2, where the product is exp(tr A n T)."""
-    return float(prod([a * b - 1.0 for a, b in combinations(cycle.multipliers.tolist(), 2)]).real)
+    return float(math.prod([a * b - 1.0 for a, b in combinations(cycle.multipliers.tolist(), 2)]).real)
 
 
-TESTS: dict[str, Callable[[Cycle], float]] = {FOLD: branch_test, FLIP: flip_test, NEIMARK_SACKER: pair_test}
-"""The function of the multipliers that vanishes at an event, by kind."""
+class EventKind(NamedTuple):
+    """What a kind of event says of itself, and how pictures show it.
+
+    Its curve in two parameters is followed unless it is no bifurcation (neutral saddles), needs a symmetry that a
+    second parameter breaks (pitchforks), or the derivatives of the flow jump there (border collisions).
+    """
+
+    colour: str  # on a light background
+    marks: tuple[str, str, str]  # its mark for matplotlib, for Bokeh, and as a character
+    changes: float = 0  # most multipliers that cross the unit circle; curves where none does are dotted
+    ended: tuple[int, ...] = ()  # periods, in those of a curve, of motions that are born or lose stability there
+    curve: bool = True  # whether its curve in two parameters is followed
+    test: Callable[[Cycle], float] = lambda cycle: math.nan  # of the multipliers, which vanishes there
+
+
+KINDS = {
+    FOLD: EventKind("#111111", ("o", "circle", "●"), 1, (1,), test=branch_test),
+    FLIP: EventKind("#2a7fff", ("s", "square", "■"), 1, (1, 2), test=flip_test),
+    NEIMARK_SACKER: EventKind("#d18f00", ("^", "triangle", "▲"), 2, (1,), test=pair_test),
+    PITCHFORK: EventKind("#3d5a00", ("D", "diamond", "◆"), 1, (1,), curve=False),
+    NEUTRAL_SADDLE: EventKind("#9a9a9a", ("x", "x", "×"), curve=False),
+    GRAZE: (_graze := EventKind("#a3158f", ("|", "inverted_triangle", "▼"))),
+    BORDER_COLLISION: _graze._replace(changes=math.inf, curve=False)}  # no model has both
+"""The kinds of events in the order of legends. Colours differ by at least 25 CIELAB units, also under protanopia,
+deuteranopia and tritanopia."""
+
+CHANGE_STABILITY = tuple(name for name, kind in KINDS.items() if kind.changes)
 
 
 def of_data(test: Callable[[Any], float]) -> Callable[[Point], float]:
@@ -181,7 +202,7 @@ def _changes_of_stability(equations: Equations, first: Point, last: Point, halvi
             defect = np.abs(point.data.multipliers - (-1.0 if kind == FLIP else 1.0)).min()
             found.append(Event(kind, point, defect=float(defect)))
     change = abs(count_unstable(last.data.multipliers) - count_unstable(first.data.multipliers))
-    if halvings == 0 or change <= sum(_CHANGES[event.kind] for event in found):
+    if halvings == 0 or change <= sum(KINDS[event.kind].changes for event in found):
         return found
     middle = _middle(equations, first, last)
     if middle is None:

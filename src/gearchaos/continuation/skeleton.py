@@ -21,7 +21,7 @@ from gearchaos.continuation.arclength import Settings, Stopped, from_polyline
 from gearchaos.continuation.branch import Branch, doubled_start, follow_branch, follow_doubled
 from gearchaos.continuation.curve import SETTINGS, Bounds, CurveData, follow_curve
 from gearchaos.continuation.defining import EventSeed, seed_of
-from gearchaos.continuation.events import BORDER_COLLISION, FLIP, FOLD, NEUTRAL_SADDLE, PITCHFORK
+from gearchaos.continuation.events import FLIP, FOLD, KINDS
 from gearchaos.continuation.family import ParameterFamily
 from gearchaos.continuation.shooting import Cycle, converge, minimal, passes, same_cycle, shift_difference
 from gearchaos.dynamics import Classification, Label, classify, orbits
@@ -37,10 +37,6 @@ _SETTINGS = Settings(first=1e-2, longest=4e-2, shortest=1e-7, finest=1e-4, point
 _MARGIN = 0.25  # how far branches are followed beyond both ends of a line, relative to its length
 _CLASSIFICATION = Classification(exponent_run=400, doublings=0, longest_transient=0)  # only periodic motions are needed
 _NEAR = 0.5  # largest distance of a branch, interpolated between two points, from an orbit that may lie on it
-
-_NO_CURVE = (NEUTRAL_SADDLE, PITCHFORK, BORDER_COLLISION)
-"""Events of codimension 1 in parameters whose curves are not followed: neutral saddles are no bifurcations, pitchforks
-need a symmetry that a second parameter breaks, and at border collisions the derivatives of the flow jump."""
 
 _ON_CURVE = 4e-3  # an event is on a curve if it lies within this distance of it, in units of the axes' lengths …
 _SAME_ORBIT = 0.3  # … and no coordinate of the two orbits differs by more than this, relative to the largest coordinate
@@ -99,7 +95,7 @@ def line_seeds(line: Line) -> list[EventSeed]:
             values[line.along], values[1 - line.along] = event.cycle.values[0], line.value
             linear = event.kind == FOLD and len(event.cycle.switches) == 0
             inside = line.bounds[line.along][0] <= event.cycle.values[0] <= line.bounds[line.along][1]
-            if event.kind not in _NO_CURVE and inside and not linear:
+            if KINDS[event.kind].curve and inside and not linear:
                 seeds.append(seed_of(event, values))
     return seeds
 

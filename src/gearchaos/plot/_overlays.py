@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
+from gearchaos.continuation.events import KINDS
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.operation.results import unit_in
@@ -22,7 +23,6 @@ from gearchaos.studies.core.axis import Axis
 from gearchaos.studies.core.operating_ranges import operating_axis
 from gearchaos.studies.core.options import RANGE
 
-_KINDS = ("fold", "flip", "neimark-sacker", "graze")  # the kinds of events that have curves, in the order of the legend
 _DOTTED = (0, (1, 1.6))  # line style of grazes, which are no bifurcations in general
 _PERIODS: dict[int, dict[str, Any]] = {
     1: {"linewidth": 1.9, "linestyle": "-"}, 2: {"linewidth": 1.6, "linestyle": (0, (4, 1.8))},
@@ -107,7 +107,7 @@ def skeleton(
                [[end * unit_in(ds, name) for end in settings[key][1:3]] for name, key in ((x, "x"), (y, "y"))])
     if legend and shown:
         found = {str(kind) for kind in kinds[shown]}
-        lines = [over.handle(event_words(kind), _style(kind, 1)) for kind in _KINDS if kind in found]
+        lines = [over.handle(event_words(kind), _style(kind, 1)) for kind in KINDS if kind in found]
         lines += [Line2D([], [], label=f"{period}T", **adapt_style({**_style("", period), "color": "0.35"}))
                   for period in np.unique(periods[shown]).tolist()]
         side_legend(over.ax, [*lines, *markers])
@@ -117,7 +117,7 @@ def skeleton(
 def _style(kind: str, period: int) -> dict[str, Any]:
     """How the curves of a kind of event and a period are drawn."""
     style = {"color": EVENT_COLOURS.get(kind, "0.2"), **_PERIODS.get(period, _LONGER)}
-    return {**style, "linestyle": _DOTTED} if kind == "graze" else style
+    return {**style, "linestyle": _DOTTED} if kind in KINDS and not KINDS[kind].changes else style
 
 
 _CAUSES: dict[str, dict[str, Any]] = {

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 from matplotlib.lines import Line2D
 
+from gearchaos.continuation.events import KINDS
 from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.operation.results import unit_in
 from gearchaos.plot._datasets import check, check_name, keeps_data
@@ -17,7 +18,7 @@ from gearchaos.plot.axes import axis_label, cell_extent, draw_legend, new_axes, 
 from gearchaos.plot.classes import NO_CLASS, continuous_values, named_classes
 from gearchaos.plot.maps import motion_strip
 from gearchaos.plot.motions import first_coordinate
-from gearchaos.plot.theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt, adapt_scale, adapt_style, event_words
+from gearchaos.plot.theme import BACKGROUND, INK, STROBE, adapt, adapt_scale, adapt_style, event_words
 from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts, positions
 
 DENSITY_COLOURS = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
@@ -302,12 +303,10 @@ def branch(ds: xr.Dataset, name: str | None = None, ax: Axes | None = None, *, l
     return ax
 
 
+_STROKE: dict[str, Any] = {"markersize": 8, "markeredgewidth": 1.4}  # marks a graze: in general no bifurcation
 _EVENTS: dict[str, dict[str, Any]] = {
-    kind: {"marker": marker, "color": EVENT_COLOURS[kind]} for kind, marker in
-    (("fold", "o"), ("flip", "s"), ("neimark-sacker", "^"), ("pitchfork", "D"), ("neutral-saddle", "x"), ("graze", "|"))
-}
-_EVENTS["graze"] |= {"markersize": 8, "markeredgewidth": 1.4}  # no bifurcation in general, and so marked by a stroke
-_EVENTS["border-collision"] = _EVENTS["graze"]  # no model has both
+    name: {"marker": (mark := kind.marks[0]), "color": kind.colour, **(_STROKE if mark == "|" else {})}
+    for name, kind in KINDS.items()}
 _OTHER: dict[str, Any] = {"marker": "*", "color": "0.2"}  # how the events of a user's function are marked
 _JUMP: dict[str, Any] = {"arrowstyle": "-|>", "color": STROBE, "linewidth": 1.1, "shrinkA": 2, "shrinkB": 1,
                          "mutation_scale": 10}

@@ -256,7 +256,7 @@ _SINGLE = {True: {"color": "black", "linewidth": 0.5}, False: {"color": "#c8102e
 _SEVERAL = {True: {"linewidth": 0.8, "linestyle": "-"}, False: {"linewidth": 0.7, "linestyle": (0, (3, 1.5))}}
 """How they are drawn where there are several saddles."""
 
-_COLOURS = tuple(EVENT_COLOURS.values())  # of several saddles, from the first one again after the last
+_COLOURS = tuple(dict.fromkeys(EVENT_COLOURS.values()))  # of several saddles, from the first one again after the last
 _SADDLE: dict[str, Any] = {
     "linestyle": "none", "marker": "X", "markersize": 6, "color": "#ffd21f", "markeredgecolor": "black",
     "markeredgewidth": 0.7,

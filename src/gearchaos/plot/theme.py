@@ -9,6 +9,7 @@ from typing import Any
 from matplotlib import rcParams, rcParamsDefault
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 
+from gearchaos.continuation.events import KINDS
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.quantities import Rule
 from gearchaos.validation import check_rule, to_float
@@ -66,12 +67,7 @@ def adapt_scale(scale: LinearSegmentedColormap) -> LinearSegmentedColormap:
     return LinearSegmentedColormap.from_list(f"{scale.name}-dark", [rcParams["axes.facecolor"], *rest])
 
 
-EVENT_COLOURS = {
-    "fold": "#111111", "flip": "#2a7fff", "neimark-sacker": "#d18f00", "pitchfork": "#3d5a00",
-    "neutral-saddle": "#9a9a9a", "graze": "#a3158f",
-}
-"""In the order of legends. Colours differ by at least 25 CIELAB units, also under protanopia, deuteranopia and
-tritanopia."""
+EVENT_COLOURS = {name: kind.colour for name, kind in KINDS.items()}
 
 SPECIAL_MARKERS = {
     "cusp": "v", "generalised flip": "D", "1:1 resonance": "P", "1:2 resonance": "X", "1:3 resonance": "^",

@@ -17,7 +17,8 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
 from gearchaos.plot.classes import SEVERITY_COLOURS
-from gearchaos.plot.theme import BACKGROUND, EVENT_COLOURS, INK, STROBE, adapt
+from gearchaos.plot.theme import BACKGROUND, INK, STROBE, adapt
+from tests.branches import EVENT_COLOURS
 from tests.colour_vision import VISION, lab, linear
 from tests.commands import ask
 from tests.contracts.plot.test_pictures import PICTURES, diagram, motion, starts, zones_map
@@ -60,7 +61,7 @@ def test_lines_and_texts_are_visible_on_a_dark_background(name):
         assert contrast(to_hex(line.get_color()), background) >= (1.4 if thin else 3), line
 
 
-@pytest.mark.parametrize("colour", [INK, STROBE, *EVENT_COLOURS.values(), "#2f6db5", "#a96a00", "#1b7a4b", "#c8102e"])
+@pytest.mark.parametrize("colour", [INK, STROBE, *EVENT_COLOURS, "#2f6db5", "#a96a00", "#1b7a4b", "#c8102e"])
 def test_every_colour_of_a_line_is_visible_on_both_backgrounds(colour):
     assert adapt(colour) == colour
     plot.style("dark")
@@ -70,7 +71,7 @@ def test_every_colour_of_a_line_is_visible_on_both_backgrounds(colour):
 @pytest.mark.parametrize("eye", VISION)
 def test_kinds_of_motions_and_of_events_stay_apart_in_every_kind_of_colour_vision(eye):
     plot.style("dark")
-    for colours in ([kind.colour for kind in plot.MOTION_CLASSES], map(adapt, EVENT_COLOURS.values()),
+    for colours in ([kind.colour for kind in plot.MOTION_CLASSES], map(adapt, EVENT_COLOURS),
                     SEVERITY_COLOURS.values()):
         seen = [lab(np.clip(np.array(VISION[eye]) @ linear(colour), 0, 1)) for colour in colours]
         assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 25

@@ -10,19 +10,20 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from bokeh.core.enums import MarkerType
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 import gearchaos as gc
 from gearchaos import plot
 from gearchaos.continuation import skeleton as algorithm
 from gearchaos.errors import InputError
-from gearchaos.plot.theme import EVENT_COLOURS
 from gearchaos.studies.orbits import skeleton as skeletons
 from gearchaos.studyfile import load_design
 from tests import EXAMPLES
-from tests.branches import cascade
+from tests.branches import EVENT_COLOURS, LOOKS, cascade
 from tests.colour_vision import VISION, lab, linear
 from tests.commands import ask, run_json
 from tests.event_curves import QUICK, SINGLE, SMALL, WINDOW, axes, folds, manifolds, quick, small, zones
@@ -205,8 +206,14 @@ def test_points_of_codimension_2_have_a_marker_for_each_kind():
 
 @pytest.mark.parametrize("eye", VISION)
 def test_kinds_of_events_stay_apart_in_every_kind_of_colour_vision(eye):
-    seen = [lab(np.clip(np.array(VISION[eye]) @ linear(colour), 0, 1)) for colour in EVENT_COLOURS.values()]
+    seen = [lab(np.clip(np.array(VISION[eye]) @ linear(colour), 0, 1)) for colour in EVENT_COLOURS]
     assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 25
+
+
+def test_every_kind_of_event_has_marks_of_its_own_that_matplotlib_and_bokeh_know():
+    for marks, known in zip(zip(*(kind.marks for kind in LOOKS), strict=True),
+                            (Line2D.markers, set(MarkerType), None), strict=True):
+        assert len(set(marks)) == len(LOOKS) and (known is None or set(marks) <= set(known))
 
 
 @pytest.mark.parametrize(("width", "columns"), [(3.4, 1), (6.4, 2)])

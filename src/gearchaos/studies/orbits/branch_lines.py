@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gearchaos.continuation.branch import CHANGE_STABILITY
+from gearchaos.continuation.events import CHANGE_STABILITY
 
 if TYPE_CHECKING:
     import xarray as xr

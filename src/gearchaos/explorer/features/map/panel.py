@@ -21,6 +21,7 @@ from bokeh.models import (
 )
 from bokeh.palettes import Viridis256
 
+from gearchaos.continuation.events import KINDS
 from gearchaos.explorer.core.models import limits
 from gearchaos.explorer.core.state import View
 from gearchaos.explorer.core.style import (
@@ -42,12 +43,8 @@ from gearchaos.plot.axes import cell_extent
 from gearchaos.plot.classes import MOTION_CLASSES, NO_CLASS, MotionClass, motion_class, named_classes
 from gearchaos.plot.maps import colour_limits
 from gearchaos.plot.states import UNDECIDED, attractor_colours, attractor_names
-from gearchaos.plot.theme import EVENT_COLOURS, event_words
+from gearchaos.plot.theme import event_words
 
-CURVE_COLOURS = {kind: EVENT_COLOURS[kind] for kind in ("fold", "flip", "neimark-sacker", "graze")}
-"""Colours of the curves by the kind of event, in the order of the legend."""
-
-_DOTTED = "graze"  # the kind whose curves are dotted, since a graze is no bifurcation in general
 _CURVE_WIDTH = 2.0  # width of the curves of orbits of period 1, in pixels; it decreases with the period
 
 
@@ -67,14 +64,14 @@ class SkeletonCurves:
     def show(self, curves: Sequence[EventCurve]) -> None:
         """Draw these curves instead of those before."""
         for source, dotted in ((self.solid, False), (self.dotted, True)):
-            self._set(source, data=self._data([c for c in curves if (c.kind == _DOTTED) == dotted]))
+            self._set(source, data=self._data([c for c in curves if (not KINDS[c.kind].changes) == dotted]))
 
     @staticmethod
     def _data(curves: Sequence[EventCurve]) -> dict[str, list[Any]]:
         widths = [max(1.0, _CURVE_WIDTH / c.period**0.5) for c in curves]
         return {
             "xs": [c.x.tolist() for c in curves], "ys": [c.y.tolist() for c in curves],
-            "colour": [CURVE_COLOURS.get(c.kind, "#333333") for c in curves], "width": widths,
+            "colour": [KINDS[c.kind].colour for c in curves], "width": widths,
             "outline": [w + 1.6 for w in widths],
         }
 
@@ -93,7 +90,7 @@ def skeleton_text(found: Skeleton | None) -> SkeletonText:
     if found is None:
         return SkeletonText([], 0, "follow when the map is complete …", False)
     kinds = {c.kind for c in found.curves}
-    legend = [(colour, kind == _DOTTED, event_words(kind)) for kind, colour in CURVE_COLOURS.items() if kind in kinds]
+    legend = [(kind.colour, not kind.changes, event_words(name)) for name, kind in KINDS.items() if name in kinds]
     count, complete = len(found.curves), found.searched == found.lines
     words = f"{count or 'no'} curve{'' if count == 1 else 's'}"
     status = f"{words} of orbits up to {found.period}T" if complete else (

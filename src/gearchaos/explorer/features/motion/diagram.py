@@ -10,22 +10,15 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, HoverTool, LinearColorMapper, MultiLine, Range1d, Scatter, Span
 from matplotlib.colors import to_hex
 
+from gearchaos.continuation.events import KINDS
 from gearchaos.explorer.core.style import PALETTE, Panel, SetAttributes, Units, image_data, symbol
 from gearchaos.plot.axes import cell_extent
 from gearchaos.plot.classes import motion_class
 from gearchaos.plot.diagrams import DENSITY_COLOURS, DENSITY_EXPONENT, density
-from gearchaos.plot.theme import EVENT_COLOURS, event_words
+from gearchaos.plot.theme import event_words
 from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts
 
 BRANCH_COLOUR = "#d95f02"  # colour of the lines, which differs from those of the diagram and of the marker at the point
-
-_MARKERS = {
-    "fold": ("circle", "●"), "flip": ("square", "■"), "neimark-sacker": ("triangle", "▲"),
-    "pitchfork": ("diamond", "◆"), "neutral-saddle": ("x", "×"), "graze": ("inverted_triangle", "▼"),
-}
-_EVENTS = {kind: (marker, EVENT_COLOURS[kind], sign) for kind, (marker, sign) in _MARKERS.items()}
-_EVENTS["border-collision"] = _EVENTS["graze"]  # no model has both
-"""Marker, colour and character in the legend of every kind of event, in the order of the legend."""
 
 _NO_LINES: dict[str, list[Any]] = {"xs": [], "ys": []}
 _NO_EVENTS: dict[str, list[Any]] = {n: [] for n in ("x", "y", "marker", "colour", "kind", "at", "multipliers")}
@@ -63,10 +56,9 @@ class BranchLines:
         rows = []
         multipliers = found["event_multipliers_real"].values + 1j * found["event_multipliers_imag"].values
         for kind, value, own, points in zip(kinds, values, multipliers, z_event, strict=True):
-            marker, colour, _ = _EVENTS[str(kind)]
             texts = (f"{event_words(str(kind))} of {len(points)}T",
                      f"{symbol(axis)} = {value:.6g}{units.after(axis)}", _multipliers(own))
-            rows += [(float(value), float(point), marker, colour, *texts) for point in points]
+            rows += [(float(value), float(point), KINDS[kind].marks[1], KINDS[kind].colour, *texts) for point in points]
         columns = zip(*rows, strict=True) if rows else _NO_EVENTS.values()
         self._set(self.events, data={n: list(column) for n, column in zip(_NO_EVENTS, columns, strict=True)})
 
@@ -102,8 +94,8 @@ def branch_text(found: xr.Dataset, units: Units) -> BranchText:
     axis, unstable = axis_of(found), found["unstable"].values > 0
     lines = [(bool(dashed), words) for dashed, words in enumerate(("stable", "unstable")) if (unstable == dashed).any()]
     kinds = found["event_kind"].values.tolist()
-    events = [(mark, colour, f"{event_words(kind)} ({kinds.count(kind)})")
-              for kind, (_, colour, mark) in _EVENTS.items() if kind in kinds]
+    events = [(kind.marks[2], kind.colour, f"{event_words(name)} ({kinds.count(name)})")
+              for name, kind in KINDS.items() if name in kinds]
     (low, high), unit = json.loads(found.attrs["range"]), units.after(axis)
     if json.loads(found.attrs["closed"]):
         ends = "closed: it returns to its start (an isola)"
