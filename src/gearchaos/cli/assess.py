@@ -206,23 +206,23 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
 
 def _print(report: Report, every: bool) -> None:
     """Print what to do, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
-    from gearchaos.datasheet.verdict import at_no_speed, decision, jumps, keep_out, usable_in_words, worst
+    from gearchaos.datasheet import verdict
 
     found = report.found
-    first, *others = decision(found)
-    say_lines(f"{f'{report.name}: ' * bool(report.name)}{first}", *others, worst(found))
+    first, *others = verdict.decision(found)
+    say_lines(f"{f'{report.name}: ' * bool(report.name)}{first}", *others, verdict.worst(found))
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
-        nothing = " nothing" * (not at.windows)
-        print("\n" + ", ".join(filter(None, [f"At {at.torque:.6g} N m", at_no_speed(at), f"avoid{nothing}"])))
-        print_avoided(at, found.gears, every)
+        part = verdict.avoided(at, found.gears, every)
+        print(f"\n{part.heading}")
+        print_avoided(part)
         if len(found.at) > 1:
-            say_lines(f"usable: {', '.join(usable_in_words(at.usable, found.speeds)) or 'nothing'}")
+            say_lines(f"usable: {', '.join(verdict.usable_in_words(at.usable, found.speeds)) or 'nothing'}")
     print()
     if len(found.at) > _MOST_TABLES:
-        say_lines(*(f"keep out of {text}" for text in keep_out(found)),
+        say_lines(*(f"keep out of {text}" for text in verdict.keep_out(found)),
                   f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
-    met = jumps(found)
+    met = verdict.jumps(found)
     say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
-              f"Tried: {found.tried}; a motion that few states lead to can be missed",
+              verdict.sentence(verdict.tried_in_words(found)).removesuffix("."),
               *(f"Assumed: {text}" for text in found.assumptions[:-1]))
     sys.stdout.flush()

@@ -15,7 +15,7 @@ from gearchaos.cli.output import plain_table, print_table
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
-    from gearchaos.studies.speeds.speed_windows import SpeedsToAvoid
+    from gearchaos.datasheet.verdict import Section
 
 Factor = Annotated[
     float | None,
@@ -38,8 +38,6 @@ REVERSED = "1"
 """The change of the load unless another is given."""
 
 WIDTH = 80
-_COLUMNS = 8
-"""Of the table that have room in a terminal; a page has the events at the edges, too."""
 
 
 def criteria(
@@ -88,15 +86,14 @@ def say_lines(*texts: str) -> None:
             "\N{NO-BREAK SPACE}", " "))
 
 
-def print_avoided(at: SpeedsToAvoid, gears: Any, every: bool) -> None:
-    """Print the ranges to avoid; minor ones have rows only with ``every``."""
-    from gearchaos.datasheet.verdict import beyond_in_words, headings, knocks_in_words, minor_in_words, rows
+def print_avoided(found: Section) -> None:
+    """Print the ranges to avoid, with the columns that have room, and what is said below them."""
+    from gearchaos.datasheet.verdict import NARROW
 
-    names = headings(at)
-    table = plain_table(*names[:_COLUMNS], left=names[2:4], gap=1)
-    found = rows(at, gears, every)
-    for row in found:
-        table.add_row(*row[:_COLUMNS])
-    if found:
+    if found.table:
+        names, *rows = (row[:NARROW] for row in found.table)
+        table = plain_table(*names, left=names[2:4], gap=1)
+        for row in rows:
+            table.add_row(*row)
         print_table(table)
-    say_lines(*filter(None, ["" if every else minor_in_words(at), beyond_in_words(at)]), *knocks_in_words(at))
+    say_lines(*found.words)

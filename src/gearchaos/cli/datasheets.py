@@ -35,8 +35,10 @@ def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
         print(end="\n" * (number > 0))
         head = [("speeds to avoid", answer.conclusion)] * (answer.speeds is None)
         if answer.speeds is not None:
+            from gearchaos.datasheet.verdict import avoided
+
             say_lines(*answer.decision)
-            print_avoided(answer.speeds, answer.design, every)
+            print_avoided(avoided(answer.speeds, answer.design, every))
         print("\n".join([answer.pair, *(line for name, text in (*answer.facts, *head)
                                          for line in _wrapped(f"{name:<16}{text}", 16))]))
         print(*(line for text in answer.basis for line in _wrapped(text)), sep="\n", flush=True)
@@ -56,6 +58,7 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
     Quantities are in groups, each above its formula and source, then the reasons why others have no value.
     """
     from gearchaos.gears.dynamic_factor import standards
+    from gearchaos.studies.operation.quasi_static import ratio_in_words
     from gearchaos.studies.speeds.speed_windows import speed_in_words
 
     first = answers[0]
@@ -82,7 +85,8 @@ def print_datasheets(answers: Sequence[Answer]) -> None:
         print(f"(computed: mesh damping {answer.design.law.words})")
         ds = answer.speeds.dataset
         largest = ds["dynamic_factor"].max("motion")
-        over = {"over quasi-static": largest / answer.speeds.quasi_static_ratio} if answer.quasi_static else {}
+        ratio = answer.speeds.quasi_static_ratio
+        over = {"over quasi-static": largest / ratio} if ratio_in_words(ratio) else {}
         columns = {"computed": largest, **over, **{each.heading: ds[each.name] for each in standards()}}
         table = plain_table("rpm", *columns)
         speeds = ds["speed"].values

@@ -103,17 +103,6 @@ class Answer:
             yield "left out", LIKE_TEETH
 
     @property
-    def scanned(self) -> str:
-        """The computed speeds; empty if there are none."""
-        if self.speeds is None:
-            return ""
-        from gearchaos.studies.speeds.speed_windows import (
-            range_in_words,  # here, since a datasheet alone needs no speeds
-        )
-
-        return f"{range_in_words(self.speeds.largest.start, self.speeds.largest.stop)} rpm"
-
-    @property
     def decision(self) -> list[str]:
         """What to do, in sentences: the speeds to avoid in operation, those after a load change, and usable ones."""
         from gearchaos.datasheet.verdict import decision  # here, since a datasheet alone needs none of what it loads
@@ -138,18 +127,17 @@ class Answer:
         """Sentences that say how to read the speeds to avoid."""
         if self.speeds is None:
             return
+        from gearchaos.studies.operation.beyond_the_teeth import BEYOND  # here, since a datasheet alone needs neither
+        from gearchaos.studies.operation.quasi_static import ratio_in_words
+
         yield f"Tried: {self.speeds.tried}.{f' {self.speeds.coarse}' if self.speeds.coarse else ''}"
         if self.speeds.elsewhere is not None:
-            from gearchaos.studies.operation.beyond_the_teeth import (
-                BEYOND,  # here, since a datasheet alone needs none of it
-            )
-
             outside, separate = self.speeds.elsewhere
             contact = "the teeth separate at some speeds" if separate else "in contact in all motions found"
             largest = (f"largest factor {measured(outside.dynamic_factor, 3)} at {outside.largest_at} rpm"
                        if math.isfinite(outside.dynamic_factor) else f"all of them {BEYOND}")
             yield f"Elsewhere: {contact}, {largest}."
-        if ratio := self.quasi_static:
+        if ratio := ratio_in_words(self.speeds.quasi_static_ratio):
             yield f"The jumps of the stiffness alone make a factor of {ratio}, at the lowest speed, too."
         ending = "damping that ends with contact, " * (not self.design.law.in_contact)
         sharing = "contact beyond the path, " if self.design.shares_load else "load sharing, "
@@ -158,15 +146,6 @@ class Answer:
         elif self.design.has_corner_contact:
             sharing = ""
         yield f"Left out: {sharing}{ending}other meshes, friction."
-
-    @property
-    def quasi_static(self) -> str:
-        """The quasi-static ratio where speeds were looked through and it is not 1; else empty."""
-        from gearchaos.studies.operation.quasi_static import (
-            ratio_in_words,  # here, since a datasheet alone needs none of it
-        )
-
-        return "" if self.speeds is None else ratio_in_words(self.speeds.quasi_static_ratio)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gearchaos.datasheet.verdict import sentence
 from gearchaos.errors import InputError
 
 # width of a picture in inches: its letters are of the size of the page's on a telephone, and a little larger beside
@@ -34,8 +35,8 @@ def template(name: str) -> str:
 def environment() -> jinja2.Environment:
     """The environment of the template, with its filters.
 
-    Both make HTML with what follows an underscore as a subscript: ``maths`` of a formula, ``sentence`` of a text, in
-    which only symbols of one letter have indices and other names keep their underscores.
+    They make HTML with what follows an underscore as a subscript: ``maths`` of a formula, ``sentence`` of a text, in
+    which only symbols of one letter have indices and other names keep their underscores, ``said`` of words for one.
     """
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(template), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
@@ -44,6 +45,7 @@ def environment() -> jinja2.Environment:
     for name, pattern in (("maths", index), ("sentence", symbol)):
         environment.filters[name] = lambda text, pattern=pattern: Markup(
             pattern.sub(r"\1<sub>\2</sub>", str(escape(text))))
+    environment.filters["said"] = lambda words: environment.filters["sentence"](sentence(words))
     return environment
 
 

@@ -13,7 +13,7 @@ from gearchaos.cards.inputs import digits, inputs_in_words
 from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.html import environment, picture, template
 from gearchaos.datasheet.quantities import Entry
-from gearchaos.datasheet.verdict import beyond_in_words, headings, knocks_in_words, rows
+from gearchaos.datasheet.verdict import avoided
 
 _UNITS = {"deg": "°", "kg*m^2": "kg m²"}  # units as they are printed, where that differs from their names
 
@@ -54,12 +54,9 @@ def sheet_html(answers: Sequence[Answer]) -> str:
 def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
     """What the template shows of an answer, with these of its notes."""
     speeds = answer.speeds
-    decision = [answer.conclusion] if speeds is None else answer.decision
     return {
-        "decision": decision, "facts": list(answer.facts), "basis": list(answer.basis),
-        "headings": [] if speeds is None else [heading.replace("\n", " ") for heading in headings(speeds)],
-        "rows": [] if speeds is None else rows(speeds, answer.design),
-        "below": [] if speeds is None else [*filter(None, [beyond_in_words(speeds)]), *knocks_in_words(speeds)],
+        "decision": [answer.conclusion] if speeds is None else answer.decision, "facts": list(answer.facts),
+        "basis": list(answer.basis), "avoided": None if speeds is None else avoided(speeds, answer.design),
         "notes": notes, "problem": answer.problem,
         "torque": "" if answer.design.torque is None else f"{answer.design.torque:.6g} N m",
         "picture": None if speeds is None else picture(

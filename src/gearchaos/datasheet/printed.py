@@ -14,27 +14,15 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 from gearchaos import plot
-from gearchaos.datasheet.report import Report, changed_in_words, differing_inputs, inputs_of, usable_share
-from gearchaos.datasheet.verdict import (
-    at_no_speed,
-    beyond_in_words,
-    decision,
-    headings,
-    jumps,
-    keep_out,
-    knocks_in_words,
-    rows,
-    scanned,
-    torques_in_words,
-    usable_in_words,
-    worst,
-)
+from gearchaos.datasheet.report import Report, differing_inputs
+from gearchaos.datasheet.verdict import Section, keep_out, scope, sentence
 
 _PAPER = (8.27, 11.69)  # A4, in inches
 _WIDTH, _LINES = 100, 84  # characters of a line and lines of a page of text
 _LINE = 0.0165  # height of a line on the first page, over that of the page
 _FEW_RANGES = 3  # to keep out of, that the first page names beside another report
-_COLUMNS = (8, 8, 20, 11, 9, 8, 8, 13, 15, 15)  # widths of a table of ranges to avoid
+# widths of columns by their number: usable ranges, differing inputs, ranges to avoid
+_COLUMNS = {2: (15, 100), 3: (40, 40, 40), 10: (8, 8, 20, 11, 9, 8, 8, 13, 15, 15)}
 
 
 def report_pdf(report: Report, against: Report | None = None) -> bytes:
@@ -55,8 +43,7 @@ def report_pdf(report: Report, against: Report | None = None) -> bytes:
         pages.savefig(page)
         lines = [line for each in reports for line in _lines(each)]
         if against is not None:
-            lines[:0] = ["What differs in the inputs", *(line for name, *values in differing_inputs(
-                report.found.gears, against.found.gears) for line in _wrapped(f"{name}: {' / '.join(values)}")), ""]
+            lines[:0] = [*_part(differing_inputs(report.found.gears, against.found.gears)), ""]
         lines.append(f"Computed by gearchaos {metadata.version('gearchaos')}.")
         for first in range(0, len(lines), _LINES):
             page = Figure(figsize=_PAPER)
@@ -68,64 +55,36 @@ def report_pdf(report: Report, against: Report | None = None) -> bytes:
 
 def _above(report: Report, alone: bool) -> Iterator[str]:
     """What the first page says above the picture: beside another report fewer ranges."""
-    found = report.found
-    for text in (*decision(found), worst(found), f"tried: {found.tried}"):
-        yield from textwrap.wrap(f"{text[0].upper()}{text[1:]}.", 95)
-    if found.avoid:
-        yield from ("", "Keep out of")
-    for text in keep_out(found, *[] if alone else [_FEW_RANGES]):
-        yield from textwrap.wrap(text, 95, initial_indent="   ", subsequent_indent="      ")
+    for words in report.answer:
+        yield from textwrap.wrap(sentence(words), 95)
+    if report.found.avoid:
+        yield from _part(Section("Keep out of", items=keep_out(report.found, *[] if alone else [_FEW_RANGES])), 95)
 
 
 def _below(report: Report, alone: bool) -> Iterator[str]:
     """What the first page says below the picture: beside another report there is room for a line."""
-    yield f"As given: {usable_share(report.found)}."
     if not alone:
-        return
-    yield "Inputs that matter most"
-    if report.sensitivity is None:
-        yield "Not computed: the command does so with --sensitivity."
-    elif not report.matters_most:
-        yield f"None of the {len(report.sensitivity)} changes alters it by more than the search leaves open."
-    for each in report.matters_most:
-        yield from textwrap.wrap(changed_in_words(each, report.found), 100, subsequent_indent="   ")
-    if report.improvements is not None:
-        yield from ("", "What to change")
-        for each in report.helps_most:
-            yield from textwrap.wrap(changed_in_words(each, report.found), 100, subsequent_indent="   ")
-        if not report.helps_most:
-            yield f"None of the {len(report.improvements)} changes that were tried widens the usable speeds."
+        yield sentence(report.as_given)
+    for section in report.changes if alone else ():
+        yield from _part(section)
 
 
 def _lines(report: Report) -> Iterator[str]:
     """The evidence as lines of text."""
-    found = report.found
-    yield f"{report.title}: {scanned(found)} at {torques_in_words(found)}"
-    for at in found.at:
-        yield from ("", f"To avoid at {at.torque:.6g} N m{f' ({at_no_speed(at)})' if at_no_speed(at) else ''}")
-        for row in [headings(at), *rows(at, found.gears)] if at.windows else []:
-            cells = [textwrap.wrap(value, width - 1) for value, width in zip(row, _COLUMNS, strict=True)]
-            for line in zip_longest(*cells, fillvalue=""):
-                yield "".join(f"{value:<{width}}" for value, width in zip(line, _COLUMNS, strict=True))
-        if not at.windows:
-            yield "Nothing to avoid was found."
-        for text in (*filter(None, [beyond_in_words(at)]), *knocks_in_words(at)):
-            yield from _wrapped(text)
-        yield from _wrapped(f"Usable: {', '.join(usable_in_words(at.usable, found.speeds)) or 'nothing'}")
-        yield from _wrapped(f"Tried: {at.tried}")
-    sections = {
-        "Jumps of a slow run-up and run-down": jumps(found) or ["none were found"],
-        "Assumed inputs varied one at a time": [changed_in_words(e, found) for e in report.sensitivity or ()],
-        "Changes of the design that were tried": [changed_in_words(e, found) for e in report.improvements or ()],
-        "Inputs": [f"{name}: {value}" for name, value in inputs_of(found.gears).items()],
-        "Assumptions": found.assumptions}
-    for heading, texts in sections.items():
-        if texts:
-            yield from ("", heading)
-            for text in texts:
-                yield from _wrapped(text)
+    yield f"{report.title}: {scope(report.found)}"
+    for section in report.evidence:
+        yield from _part(section)
     yield ""
 
 
-def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(text, _WIDTH, subsequent_indent="   ")
+def _part(section: Section, width: int = _WIDTH) -> Iterator[str]:
+    """A part of a report as lines of text, a blank one first."""
+    yield from ("", section.heading)
+    for row in section.table:
+        columns = _COLUMNS[len(row)]
+        cells = [textwrap.wrap(value, width - 1) for value, width in zip(row, columns, strict=True)]
+        for line in zip_longest(*cells, fillvalue=""):
+            yield "".join(f"{value:<{width}}" for value, width in zip(line, columns, strict=True))
+    values = (f"{name}: {value}" for name, value in section.values)
+    for text in (*map(sentence, section.words), *section.items, *values):
+        yield from textwrap.wrap(text, width, subsequent_indent="   ")

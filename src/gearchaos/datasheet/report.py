@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from importlib import metadata
@@ -13,22 +13,9 @@ from markupsafe import Markup
 from gearchaos import plot
 from gearchaos.cards.card import card
 from gearchaos.cards.inputs import inputs_in_words
+from gearchaos.datasheet import verdict
 from gearchaos.datasheet.html import environment, picture, template
-from gearchaos.datasheet.verdict import (
-    at_no_speed,
-    beyond_in_words,
-    decision,
-    headings,
-    jumps,
-    keep_out,
-    knocks_in_words,
-    rows,
-    scanned,
-    title,
-    torques_in_words,
-    usable_in_words,
-    worst,
-)
+from gearchaos.datasheet.verdict import Section, avoided
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.operation.operating import is_design, is_train
 from gearchaos.plot._assessment import draw_factors, height
@@ -60,7 +47,7 @@ class Report:
 
     @property
     def title(self) -> str:
-        return ": ".join(filter(None, (self.name, title(self.found.gears))))
+        return ": ".join(filter(None, (self.name, verdict.title(self.found.gears))))
 
     @property
     def matters_most(self) -> list[Changed]:
@@ -76,10 +63,54 @@ class Report:
         ordered = sorted(self.improvements or (), key=lambda each: -each.widening(self.found))
         return [each for each in ordered if each.widening(self.found) > 0 and each.told_apart(self.found)][:_MOST_NAMED]
 
+    @property
+    def answer(self) -> list[str]:
+        """What to do, in words for sentences, with what it rests on."""
+        return [*verdict.decision(self.found), verdict.worst(self.found), verdict.tried_in_words(self.found)]
+
+    @property
+    def as_given(self) -> str:
+        """What is usable without a change, in words."""
+        return f"as given: {usable_share(self.found)}"
+
+    @property
+    def changes(self) -> Iterator[Section]:
+        """What changes of one input do, for the first page."""
+        if self.sensitivity is None and not self.name:
+            yield Section("Inputs that matter most", words=[
+                self.as_given, "not computed: the command does so with --sensitivity"])
+        for heading, tried, best, all_fail in (
+                ("Inputs that matter most", self.sensitivity, self.matters_most,
+                 "alters it by more than the search leaves open"),
+                ("What to change", self.improvements, self.helps_most, "that were tried widens the usable speeds")):
+            if tried is not None:
+                yield Section(heading, items=self._in_words(best), words=[
+                    self.as_given, "with one changed:" if best else f"none of the {len(tried)} changes {all_fail}"])
+
+    @property
+    def evidence(self) -> Iterator[Section]:
+        """All that stands below the first page."""
+        found = self.found
+        yield from (avoided(at, found.gears) for at in found.at)
+        yield Section.of("Usable", ("torque, N m", "speeds, with the margin either way from the middle"), [
+            (f"{at.torque:.6g}", words) for at in found.at
+            for words in verdict.usable_in_words(at.usable, found.speeds)])
+        yield Section("Jumps of a slow run-up and run-down", items=verdict.jumps(found) or ["none were found"])
+        for heading, changes in (("Assumed inputs varied one at a time", self.sensitivity),
+                                 ("Changes of the design that were tried, one at a time", self.improvements)):
+            if changes:
+                yield Section(heading, items=self._in_words(changes))
+        yield Section("What was tried", items=[f"{at.torque:.6g} N m: {at.tried}" for at in found.at])
+        yield Section("Inputs", values=[*inputs_of(found.gears).items()])
+        yield Section("Assumptions", items=found.assumptions)
+
+    def _in_words(self, changes: Sequence[Changed] | None) -> list[str]:
+        return [changed_in_words(each, self.found) for each in changes or ()]
+
 
 def usable_share(found: Assessment) -> str:
     """The share of the speeds that is usable at all torques, and the range with the largest margin."""
-    widest = next(iter(usable_in_words(found.usable_at_all[:1], found.speeds)), "")
+    widest = next(iter(verdict.usable_in_words(found.usable_at_all[:1], found.speeds)), "")
     margin = f", with the largest margin {widest}" * bool(widest)
     operation = f", in operation {100 * found.usable_share_in_operation:.1f} %" * bool(found.at[0].load_change)
     return f"usable {100 * found.usable_share:.1f} % of the speeds{margin}{operation}"
@@ -107,11 +138,12 @@ def inputs_of(gears: Any) -> dict[str, str]:
     return found
 
 
-def differing_inputs(one: Any, other: Any) -> list[tuple[str, str, str]]:
+def differing_inputs(one: Any, other: Any) -> Section:
     """The inputs of two gears that are not the same, by name, with both values."""
     left, right = inputs_of(one), inputs_of(other)
-    return [(name, left.get(name, "–"), right.get(name, "–")) for name in {**left, **right}
-            if left.get(name) != right.get(name)]
+    found = [(name, left.get(name, "–"), right.get(name, "–")) for name in {**left, **right}
+             if left.get(name) != right.get(name)]
+    return Section.of("What differs in the inputs", ("Input", "First", "Second"), found)
 
 
 def report_html(report: Report, against: Report | None = None) -> str:
@@ -119,35 +151,21 @@ def report_html(report: Report, against: Report | None = None) -> str:
     reports = [report] if against is None else [report, against]
     sides: list[dict[str, Any]] = []
     for number, side in enumerate(reports):
-        found, changes = side.found, {"sensitivity": side.sensitivity, "improvements": side.improvements}
-        first = {"matters": None if side.sensitivity is None else side.matters_most,
-                 "helps": None if side.improvements is None else side.helps_most}
+        found = side.found
         sides.append({
-            "title": side.title, "torques": torques_in_words(found), "speeds": scanned(found),
-            "verdict": [*decision(found), worst(found), f"tried: {found.tried}"], "usable_share": usable_share(found),
-            "keep_out": keep_out(found),
+            "title": side.title, "scope": verdict.scope(found), "verdict": side.answer,
+            "keep_out": verdict.keep_out(found), "changes": [*side.changes], "evidence": side.evidence,
             "picture": picture(f"{number}-decision", "What to avoid and what to use", "Speeds to avoid by what happens "
                                "there, and the events at their edges. At a torque blank is usable: ± is how far the "
                                "speed may differ from the middle.", height(found), partial(plot.assessment, found),
                                _WIDTH),
-            **{name: None if each is None else [changed_in_words(one, found) for one in each]
-               for name, each in {**first, **changes}.items()},
-            # below the first page
-            "avoid": [{"torque": f"{each.torque:.6g}", "ratio": at_no_speed(each), "rows": rows(each, found.gears),
-                       "below": [*filter(None, [beyond_in_words(each)]), *knocks_in_words(each)]}
-                      for each in found.at],
-            "usable": [(f"{each.torque:.6g}", words)
-                       for each in found.at for words in usable_in_words(each.usable, found.speeds)],
-            "jumps": jumps(found), "tried": [(f"{each.torque:.6g}", each.tried) for each in found.at],
             "factors": [picture(f"{number}-factor-{index}", f"Dynamic factor at {each.torque:.6g} N m", "Largest mesh "
                                 "force over the static one, of each motion found; ranges to avoid are shaded.", 3.0,
                                 partial(draw_factors, each))
                         for index, each in enumerate(found.at) if len(found.at) <= _MOST_PICTURES],
-            "inputs": list(inputs_of(found.gears).items()), "assumptions": found.assumptions,
             "kind": "train" if is_train(found.gears) else "pair"})
     return environment().get_template("report.html.j2").render(
         css=Markup(template("sheet.css") + template("report.css")), sides=sides, title=sides[0]["title"],
-        headings=[heading.replace("\n", " ") for heading in headings(report.found.at[0])],
-        differing=[] if against is None else differing_inputs(report.found.gears, against.found.gears),
+        differing=None if against is None else differing_inputs(report.found.gears, against.found.gears),
         beside=against is not None, versions=", ".join(f"{name} {metadata.version(name)}" for name in (
             "gearchaos", "numba", "numpy", "xarray")))

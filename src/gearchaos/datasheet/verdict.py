@@ -1,4 +1,7 @@
-"""An assessment in words: the verdict, and the rows of its tables, with speeds rounded to the safe side."""
+"""An assessment in words: the verdict, and the rows of its tables, with speeds rounded to the safe side.
+
+Terminal, page, PDF and explorer all say these words. They are parts of sentences; `sentence` makes whole ones.
+"""
 
 from __future__ import annotations
 
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
     from gearchaos.studies.speeds.assess import Assessment
     from gearchaos.studies.speeds.speed_windows import RandomStates, SpeedsToAvoid, UsableRange, Window
 
+NARROW = 8  # columns of a table of ranges to avoid where there is no room for the events at the edges
 _MOST_NAMED = 3  # usable ranges, and torques, that a sentence names
 _MOST_RANGES = 4  # to avoid, that a sentence names
 _NARROWEST = 5e-4  # usable range that is named, as a share of the speeds that were looked through
@@ -51,6 +55,22 @@ class Row(NamedTuple):
     ends_with: str
 
 
+class Section(NamedTuple):
+    """A part of what is said, under its heading: a table, whose first row are its headings, words for sentences, items
+    of a list, and values by name."""
+
+    heading: str
+    table: Sequence[Sequence[str]] = ()
+    words: Sequence[str] = ()
+    items: Sequence[str] = ()
+    values: Sequence[tuple[str, str]] = ()
+
+    @classmethod
+    def of(cls, heading: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Section:
+        """A table, or that there is nothing to show in one."""
+        return cls(heading, [columns, *rows]) if rows else cls(heading, words=["nothing"])
+
+
 _HEADINGS = Row("from\nrpm", "to\nrpm", "what happens", "met", "dynamic\nfactor", "at\nrpm", "root\nN/mm²",
                 "% of load\nchanges", "begins\nwith", "ends\nwith")
 _STATES = {MOTIONS["load change"]: "load changes", MOTIONS["other"]: "wide states"}
@@ -59,6 +79,11 @@ _STATES = {MOTIONS["load change"]: "load changes", MOTIONS["other"]: "wide state
 def headings(at: SpeedsToAvoid) -> Row:
     """Of the columns of a table of ranges to avoid."""
     return _HEADINGS._replace(share="% of wide\nstates") if at.wide else _HEADINGS
+
+
+def sentence(words: str) -> str:
+    """Words as a sentence, which ends with a colon where a list follows."""
+    return f"{words[0].upper()}{words[1:]}{'.' * (words[-1] != ':')}"
 
 
 def listed(words: Sequence[str], word: str = "and") -> str:
@@ -74,9 +99,9 @@ def edges(window: Window) -> tuple[str, str]:
     return f"{'≤ ' * window.from_scan_start}{start}", f"{'≥ ' * window.to_scan_end}{stop}"
 
 
-def torques_in_words(found: Assessment) -> str:
-    """The torques with their unit: "100 and 300 N m", or how many there are."""
-    return _torques([each.torque for each in found.at])
+def scope(found: Assessment) -> str:
+    """The speeds and the torques that were looked through."""
+    return f"{_scanned(found)} at {_torques([each.torque for each in found.at])}"
 
 
 def _torques(values: Sequence[float], word: str = "and") -> str:
@@ -86,7 +111,7 @@ def _torques(values: Sequence[float], word: str = "and") -> str:
     return f"{listed(torques, word)} N m"
 
 
-def scanned(found: Assessment) -> str:
+def _scanned(found: Assessment) -> str:
     """The range of speeds that was looked through."""
     return f"{range_in_words(*found.speeds)} rpm"
 
@@ -109,7 +134,7 @@ def decision(found: Assessment) -> list[str]:
     windows = [window for each in found.at for window in each.windows]
     met = [window for window in windows if window.operation]
     first = f"at {torques} avoid {_ranges(met)}: {_at_worst(met)}" if met else (
-        f"at {torques} no speed from {scanned(found)} is to be avoided in operation: none was found at which "
+        f"at {torques} no speed from {_scanned(found)} is to be avoided in operation: none was found at which "
         f"{at.criterion}")
     if not at.load_change:
         return [first, *_usable(found)]
@@ -180,7 +205,7 @@ def _usable(found: Assessment) -> list[str]:
         more = len(ranges) - _MOST_NAMED
         narrower = f" and {more} narrower range{'s' * (more > 1)}" if more > 0 else ""
         at_all = "at all torques " * (len(found.at) > 1)
-        out.append(f"usable {at_all}{name}: {100 * share:.1f} % of {scanned(found)}"
+        out.append(f"usable {at_all}{name}: {100 * share:.1f} % of {_scanned(found)}"
                    + f": {', '.join(ranges[:_MOST_NAMED])}{narrower}" * bool(ranges))
     if not any(each.load_change for each in found.at):
         return out[:1]
@@ -298,13 +323,22 @@ def rows(at: SpeedsToAvoid, gears: Any, every: bool = True) -> list[Row]:
     return out
 
 
+def avoided(at: SpeedsToAvoid, gears: Any, every: bool = True) -> Section:
+    """The ranges to avoid at a torque, minor ones as rows only with ``every``, what is beyond the teeth, and knocks."""
+    found = rows(at, gears, every)
+    heading = ", ".join(filter(None, [
+        f"At {at.torque:.6g} N m", at_no_speed(at), f"avoid{' nothing' * (not at.windows)}"]))
+    return Section(heading, [headings(at), *found] if found else [], [*filter(None, [
+        "" if every else _minor_in_words(at), beyond_in_words(at)]), *knocks_in_words(at)])
+
+
 def beyond_in_words(at: SpeedsToAvoid) -> str:
     """The ranges in which some motions are beyond the teeth; empty if there are none."""
     named = ", ".join(" to ".join(edges(each)) for each in at.windows if each.beyond_the_teeth)
     return f"{BEYOND}, and without a factor, are some motions in {named} rpm: {at.teeth_bear}" if named else ""
 
 
-def minor_in_words(at: SpeedsToAvoid) -> str:
+def _minor_in_words(at: SpeedsToAvoid) -> str:
     """The minor ranges in a sentence; empty if there are none."""
     minor = [window for window in at.windows if window.minor]
     if not minor:
@@ -313,6 +347,11 @@ def minor_in_words(at: SpeedsToAvoid) -> str:
     states = _STATES[MOTIONS["other" if at.wide else "load change"]]
     return (f"and {len(minor)} range{'s' * (len(minor) > 1)} narrower than {100 * FEW:g} % or after fewer than "
             f"{100 * FEW:g} % of {states}: {named}{', …' * (len(minor) > _MOST_RANGES)} rpm")
+
+
+def tried_in_words(found: Assessment) -> str:
+    """What an answer rests on first of all."""
+    return f"tried: {found.tried}; a motion that few states lead to can be missed"
 
 
 def at_no_speed(at: SpeedsToAvoid) -> str:

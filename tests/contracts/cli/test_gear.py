@@ -14,7 +14,7 @@ from gearchaos.cli.datasheets import print_datasheets
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.datasheet.answer import Answer, default_speeds
 from gearchaos.datasheet.page import sheet_html
-from gearchaos.datasheet.verdict import at_no_speed, edges
+from gearchaos.datasheet.verdict import at_no_speed, avoided, edges
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards
@@ -268,12 +268,12 @@ def test_narrow_ranges_are_gathered_in_a_line_unless_all_are_asked_for(capsys):
                            contact="loss of contact", reached=(Reached("from rest", 1.0, 2.0),))
                    for n, width in enumerate((50.0, 1.0, 2.0, 50.0, 1.0, 1.0, 1.0), 10))
     found = replace(speeds_to_avoid(design, "1000:1100:2", starts=0, knocks=False), windows=ranges)
-    print_avoided(found, design, every=False)
+    print_avoided(avoided(found, design, every=False))
     printed = capsys.readouterr().out
     assert [line.split()[:2] for line in printed.splitlines()[2:4]] == [["1000", "1050"], ["1300", "1350"]]
     assert ("and 5 ranges narrower than 1 % or after fewer than 1 % of load changes: 1100 to 1101, 1200 to 1202, "
             "1400 to 1401, 1500 to 1501, … rpm") in " ".join(printed.split())
-    print_avoided(found, design, every=True)
+    print_avoided(avoided(found, design, every=True))
     assert len(capsys.readouterr().out.splitlines()) == 2 + 7
 
 

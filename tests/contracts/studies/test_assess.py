@@ -20,6 +20,7 @@ from gearchaos.datasheet.answer import Answer
 from gearchaos.datasheet.printed import _lines, report_pdf
 from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
 from gearchaos.datasheet.verdict import (
+    avoided,
     beyond_in_words,
     decision,
     edges,
@@ -233,7 +234,7 @@ def test_knocks_are_told_in_words_wherever_ranges_are(found, command, capsys):
     assert first == ("about 500 to 530 rpm: a knock leads to a motion to avoid, the least at 512 rpm is 41 rpm of "
                      "wheel 1 (0.012 N m s), to a factor of 7.78")
     assert second.startswith("about 640 rpm: a knock") and second.endswith(", to what is beyond the teeth")
-    print_avoided(one.at[0], one.gears, every=False)
+    print_avoided(avoided(one.at[0], one.gears, every=False))
     for text in (capsys.readouterr().out, report_html(Report(one)), "\n".join(_lines(Report(one)))):
         assert all(words[1:] in " ".join(text.split()) for words in (first, second))
     assert "a knock leads to" not in command[0]
@@ -249,7 +250,7 @@ def test_motions_beyond_the_teeth_are_named_below_the_table_without_a_factor(fou
     assert words == (f"{BEYOND}, and without a factor, are some motions in 531 to 559, 593 to 627 rpm: "
                      f"{one.at[0].teeth_bear}")
     assert "1500 N/mm², assumed, or a deflection above 0.75 mm" in words and beyond_in_words(found.at[0]) == ""
-    print_avoided(one.at[0], one.gears, every=False)
+    print_avoided(avoided(one.at[0], one.gears, every=False))
     for text in (capsys.readouterr().out, report_html(Report(one))):
         assert words[1:] in " ".join(text.split())
     assert one.document()["beyond_the_teeth"] == [one.at[0].teeth_bear]
@@ -538,7 +539,7 @@ def test_two_designs_are_beside_each_other(tmp_path):
     for part in ("spur_50_50.toml: Spur gear pair", "other.toml: Spur gear pair", "What differs in the inputs",
                  "0.05, in contact alone", "0.08, in contact alone"):
         assert part in text
-    assert [name for name, *_ in differing_inputs(load_design(SPUR), load_design(other))] == [
+    assert [name for name, *_ in differing_inputs(load_design(SPUR), load_design(other)).table[1:]] == [
         "damping ratio of the mesh"]
     ids = re.findall(r'\bid="([^"]+)"', text)
     assert len(ids) == len(set(ids))

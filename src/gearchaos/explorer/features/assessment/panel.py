@@ -6,17 +6,7 @@ from typing import Any, NamedTuple
 
 from bokeh.models import ColumnDataSource, Segment
 
-from gearchaos.datasheet.verdict import (
-    Row,
-    at_no_speed,
-    beyond_in_words,
-    decision,
-    headings,
-    knocks_in_words,
-    rows,
-    usable_in_words,
-    worst,
-)
+from gearchaos.datasheet import verdict
 from gearchaos.explorer.core.models import value_on
 from gearchaos.explorer.core.state import View
 from gearchaos.explorer.core.style import SetAttributes, Units, title
@@ -28,7 +18,6 @@ from gearchaos.studies.speeds.speed_windows import UsableRange, Window
 _INK, _OUTLINE = "#111111", "white"
 _WIDTH = 9.0  # of a range to avoid on the map, in pixels
 _STRIPES = [2, 4]  # dark and light, where a load change alone leads there, in pixels
-_NO_ROOM = "begins_with", "ends_with"  # columns of tables of ranges to avoid
 _NOTHING: dict[str, list[Any]] = {n: [] for n in ("x0", "y0", "x1", "y1", "colour")}
 
 
@@ -95,20 +84,15 @@ def assessment_text(found: Assessment, line: SpeedLine, view: View, units: Units
         (axis, value), own = place, value_on(view.operating_point, place[0])
         unit = units.after(axis.name)
         other = f"Of the {title(axis.name)} {value:g}{unit}, not that of the point, {own:g}{unit}: assess again there."
-    sentences = [f"{sentence[0].upper()}{sentence[1:]}."
-                 for sentence in (
-                     *decision(found), worst(found), at_no_speed(at), beyond_in_words(at), *knocks_in_words(at))
-                 if sentence]
-    avoid = [(meaning(window)[1], not window.operation, _shown(row))
-             for window, row in zip(at.windows, rows(at, found.gears), strict=True)]
+    part = verdict.avoided(at, found.gears)
+    sentences = [verdict.sentence(words) for words in (
+        *verdict.decision(found), verdict.worst(found), verdict.at_no_speed(at), *part.words) if words]
+    headings, *rows = [list(row[: verdict.NARROW]) for row in part.table] or [[]]
+    avoid = [(meaning(window)[1], not window.operation, row) for window, row in zip(at.windows, rows, strict=True)]
     usable = [(number, words[0]) for number, part in enumerate(at.usable, len(avoid))
-              if (words := usable_in_words([part], found.speeds))]
-    return AssessmentText(other, sentences, _shown(headings(at)), avoid, usable,
-                          f"Tried: {found.tried}; a motion that few states lead to can be missed.")
-
-
-def _shown(row: Row) -> list[str]:
-    return [value for name, value in row._asdict().items() if name not in _NO_ROOM]
+              if (words := verdict.usable_in_words([part], found.speeds))]
+    return AssessmentText(
+        other, sentences, headings, avoid, usable, verdict.sentence(verdict.tried_in_words(found)))
 
 
 def places(found: Assessment) -> list[float]:
