@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, make_dataclass, replace
 from typing import Any
 
 from gearchaos.doors import Register, value_of
 from gearchaos.errors import InputError
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import Record, read_by
+from gearchaos.gears.io.fields import Record, declared, read_by
 from gearchaos.gears.train.faults.base import FaultKind
-from gearchaos.gears.train.faults.crack import CRACK
-from gearchaos.gears.train.faults.stiffness_loss import STIFFNESS_LOSS
-from gearchaos.gears.train.faults.wear import WEAR
 
 __all__ = ["Fault", "FaultKind", "check_faults"]
 
@@ -27,7 +24,7 @@ def _whole(field: str, value: Any) -> int:
 
 
 FAULTS: Register[FaultKind] = Register(
-    "gearchaos.faults", {"stiffness_loss": STIFFNESS_LOSS, "crack_depth": CRACK, "wear": WEAR}, value_of(FaultKind, ""))
+    "gearchaos.faults", {kind.name: kind for kind in declared(__name__, "FAULT")}, value_of(FaultKind, ""))
 """The kinds of faults by name; those of gearchaos are fields of `Fault`, those of other packages are in ``others``."""
 
 
@@ -44,22 +41,17 @@ def _others(field: str, value: Any) -> tuple[tuple[str, float], ...]:
     return tuple((name, FAULTS[name].read(f"{field}.{name}", each)) for name, each in given.items())
 
 
-def _of_kind(kind: FaultKind) -> dict[str, Any]:
-    return {**read_by(kind.read), "kind": kind}
+_Values: Any = make_dataclass("_Values", [
+    ("wheel", int, field(metadata=read_by(_whole))), ("tooth", int, field(metadata=read_by(_whole))),
+    *((name, float, field(default=0.0, metadata={**read_by(kind.read), "kind": kind}))
+      for name, kind in FAULTS.own.items())], bases=(Record,), frozen=True, kw_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fault(Record):
-    """A tooth that differs: of the pairs in which it meshes the share ``stiffness_loss`` of the stiffness is lost, 1
-    for a missing tooth, and its driving flank stands back by ``wear`` along the line of action. Of a design the loss
-    may be given by ``crack_depth``, that of a crack from the root circle into the tooth. ``others`` are the values of
-    kinds that other packages offer."""
+class Fault(_Values):
+    """A tooth that differs: its ``wheel`` and ``tooth``, by name the value of each kind of fault that has a file here,
+    and in ``others`` the values of kinds that other packages offer."""
 
-    wheel: int = field(metadata=read_by(_whole))
-    tooth: int = field(metadata=read_by(_whole))
-    stiffness_loss: float = field(default=0.0, metadata=_of_kind(STIFFNESS_LOSS))
-    crack_depth: Any = field(default=0.0, metadata=_of_kind(CRACK))
-    wear: Any = field(default=0.0, metadata=_of_kind(WEAR))
     others: Any = field(default=(), metadata=read_by(_others))
 
     @property

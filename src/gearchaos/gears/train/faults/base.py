@@ -13,8 +13,8 @@ from gearchaos.gears.io.fields import Convert
 class FaultKind:
     """A way in which a tooth differs from the others, by one number, a field of `Fault`: 0 where it does not.
 
-    **To add a kind,** write one in a file of its own, and enter it as a field of `Fault`. Another package
-    offers one in the group ``gearchaos.faults``: the name of the entry point is its key in ``others``.
+    **To add a kind,** write it as ``FAULT`` in a file of its own in this folder. Another package offers one in the
+    group ``gearchaos.faults``: the name of the entry point is its key in ``others``.
     """
 
     read: Convert  # how its number is read
@@ -23,3 +23,4 @@ class FaultKind:
     gives: str = ""  # the field that follows from it and the drawing of the gears, if it is nothing by itself
     given: Callable[[Any, int, float], float] = lambda pairs, wheel, value: 0.0  # its value, by tooth pairs as drawn
     advice: str = ""  # what to do without a drawing
+    name: str = ""  # the field of `Fault`; of another package the entry point says it

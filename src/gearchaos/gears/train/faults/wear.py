@@ -5,4 +5,4 @@ from gearchaos.gears.io.units import LENGTH
 from gearchaos.gears.train.faults.base import FaultKind
 from gearchaos.quantities import NOT_NEGATIVE
 
-WEAR = FaultKind(read=one(LENGTH, NOT_NEGATIVE), back=lambda value: value)
+FAULT = FaultKind(name="wear", read=one(LENGTH, NOT_NEGATIVE), back=lambda value: value)
