@@ -1,5 +1,6 @@
 """What can be named: what gearchaos has, and what other installed packages offer by entry points.
 
+What gearchaos has of a kind is a folder with a module for each; no list names it, since `declared` finds it.
 A package offers a class or a value in a group of entry points, under the name that files, commands and pages use. A
 `Register` reads its group once, and only when it is asked for a name that gearchaos has not, or for all names. What
 cannot be used is left out with one warning that says whose it is; everything else works.
@@ -10,6 +11,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
+from importlib import import_module
+from pkgutil import iter_modules
 from threading import RLock
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -26,6 +29,17 @@ _ORIGINS: dict[int, EntryPoint] = {}
 
 class NotInstalledError(InputError):
     """A name that neither gearchaos has nor an installed package."""
+
+
+def modules(package: str) -> list[Any]:
+    """The modules of a package."""
+    return [import_module(f"{package}.{found.name}") for found in iter_modules(import_module(package).__path__)]
+
+
+def declared(package: str, name: str) -> dict[str, Any]:
+    """What the modules of a package call ``name``, in their order, by its own name; not every module must have it."""
+    found = (getattr(module, name) for module in modules(package) if hasattr(module, name))
+    return {each.name: each for each in found}
 
 
 def versions_of(*values: Any) -> dict[str, str]:

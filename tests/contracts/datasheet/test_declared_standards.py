@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
+from gearchaos.doors import declared
 from gearchaos.gears.dynamic_factor import standards
-from gearchaos.gears.io.fields import declared
 
 STANDARD = '''
 from dataclasses import dataclass
@@ -66,8 +66,8 @@ print(json.dumps({
 
 
 def test_what_is_declared_is_found_in_the_order_of_the_modules():
-    assert [each.name for each in declared("gearchaos.gears.stiffness", "METHOD")] == ["ISO 6336-1", "potential energy"]
-    assert declared("gearchaos.gears.dynamic_factor", "no such name") == []
+    assert [*declared("gearchaos.gears.stiffness", "METHOD")] == ["ISO 6336-1", "potential energy"]
+    assert declared("gearchaos.gears.dynamic_factor", "no such name") == {}
     names = [each.name for each in standards()]
     assert names[:2] == ["Kv_ISO_B", "Kv_ISO_C"] and names[2:] == sorted(names[2:])
 

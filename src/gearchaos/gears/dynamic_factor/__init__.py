@@ -3,8 +3,7 @@
 To add a standard, add a module to this folder. It has a function of a `GearDesign`, which returns `Refused` outside its
 validity, a frozen dataclass for its result, whose numbers are `described`, and a `Standard` with the name ``STANDARD``.
 Datasheet, JSON, printed tables, Datasets and pictures then have it. Another package offers its `Standard` in the group
-``gearchaos.standards``. Main resonance, ISO 6336-1:2006, 6.4.2, is here for
-all.
+``gearchaos.standards``. Main resonance, ISO 6336-1:2006, 6.4.2, is here for all.
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ from enum import Enum
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from gearchaos.doors import Register, value_of
-from gearchaos.gears.io.fields import declared, described, formulas
+from gearchaos.doors import Register, declared, value_of
+from gearchaos.gears.io.fields import described, formulas
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign
@@ -90,8 +89,7 @@ def _fault(name: str, found: Any) -> str:
 
 @cache
 def _register() -> Register[Standard]:
-    own: list[Standard] = declared(__name__, "STANDARD")
-    return Register("gearchaos.standards", {each.name: each for each in own}, _fault)
+    return Register("gearchaos.standards", declared(__name__, "STANDARD"), _fault)
 
 
 def standards() -> tuple[Standard, ...]:

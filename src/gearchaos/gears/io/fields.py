@@ -2,8 +2,7 @@
 
 An input: ``module: Any = field(metadata=read_by(one(units.LENGTH, POSITIVE)))``. The class is a `Record`, or calls
 `convert_fields` in its ``__post_init__``, and checks what a field alone cannot say. A result: ``value: float =
-described("K_v", …)``, with symbol, formula, source and unit. A standard or a method of computation is a module of its
-own, and no list names it: `declared` finds it.
+described("K_v", …)``, with symbol, formula, source and unit.
 """
 
 from __future__ import annotations
@@ -12,8 +11,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from functools import partial
-from importlib import import_module
-from pkgutil import iter_modules
 from typing import Any, TypeVar
 
 from gearchaos.errors import InputError, gather, unknown_name
@@ -215,10 +212,3 @@ def described(symbol: str, text: str, source: str, unit: str = "", factor: float
 def formulas(result: Any) -> dict[str, Formula]:
     """The formulas of the fields of a result, a dataclass or an instance of one, by name; not every field has one."""
     return {f.name: f.metadata["formula"] for f in fields(result) if "formula" in f.metadata}
-
-
-def declared(package: str, name: str) -> list[Any]:
-    """What the modules of a package call ``name``, in the order of the modules; not every module must have it."""
-    folder = import_module(package).__path__
-    modules = [import_module(f"{package}.{found.name}") for found in iter_modules(folder)]
-    return [getattr(module, name) for module in modules if hasattr(module, name)]

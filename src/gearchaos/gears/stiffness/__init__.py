@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from gearchaos.doors import declared
 from gearchaos.errors import InputError
-from gearchaos.gears.io.fields import declared
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate
 from gearchaos.model import Stiffness
 
@@ -107,7 +107,7 @@ class StiffnessMethod:
 @cache
 def methods() -> dict[str, StiffnessMethod]:
     """All methods by name, in the order of their modules."""
-    return {each.name: each for each in declared(__name__, "METHOD")}
+    return declared(__name__, "METHOD")
 
 
 def other_methods(name: str, geometry: Geometry) -> str:

@@ -19,8 +19,8 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from gearchaos.doors import declared
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.io.fields import declared
 from gearchaos.validation import to_float
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class Edition:
 @cache
 def editions() -> dict[str, Edition]:
     """All editions by name, in the order of their modules."""
-    return {each.name: each for each in declared(__name__, "EDITION")}
+    return declared(__name__, "EDITION")
 
 
 PERMISSIBLE_OVER_SD = 3.0

@@ -1,23 +1,22 @@
 """Damping laws of the mesh, one file each.
 
-**To add a law,** write a `DampingLaw` in a file of its own and enter it in `DAMPING_LAWS`. One with the force of a law
-that the kernels know ``acts_as`` that. Another force has its number in ``flow/kernels/vector/arrays.py`` and its
-formula in ``taylor.py`` there; where contact begins and ends is in ``flow/kernels/one_mesh/contact.py``. Another
-package offers one that acts as one of these, in ``gearchaos.damping``.
+**To add a law,** write a `DampingLaw`, the ``LAW`` of a file of its own. One with the force of a law that the kernels
+know ``acts_as`` that. Another force has its number in ``flow/kernels/vector/arrays.py`` and its formula in
+``taylor.py`` there; where contact begins and ends is in ``flow/kernels/one_mesh/contact.py``. Another package offers
+one that acts as one of these, in ``gearchaos.damping``.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from gearchaos.doors import Register, value_of
+from gearchaos.doors import Register, declared, value_of
 from gearchaos.model.damping.always import ALWAYS
 from gearchaos.model.damping.base import DampingLaw
 from gearchaos.model.damping.contact import CONTACT
-from gearchaos.model.damping.unilateral import UNILATERAL
 
-__all__ = ["ALWAYS", "CONTACT", "DAMPING_LAWS", "DEFAULT_LAW", "DEFAULT_LAW_OF_GEARS", "SHARED_LAWS", "UNILATERAL",
-           "Damped", "DampingLaw"]
+__all__ = [
+    "ALWAYS", "CONTACT", "DAMPING_LAWS", "DEFAULT_LAW", "DEFAULT_LAW_OF_GEARS", "SHARED_LAWS", "Damped", "DampingLaw"]
 
 
 def _fault(name: str, law: Any) -> str:
@@ -33,8 +32,7 @@ def _fault(name: str, law: Any) -> str:
                             f"{known.releases}"
 
 
-DAMPING_LAWS: Register[DampingLaw] = Register(
-    "gearchaos.damping", {law.name: law for law in (ALWAYS, CONTACT, UNILATERAL)}, _fault)
+DAMPING_LAWS: Register[DampingLaw] = Register("gearchaos.damping", declared(__name__, "LAW"), _fault)
 """The damping laws by their names."""
 
 SHARED_LAWS = tuple(law.name for law in DAMPING_LAWS.own.values() if not law.releases)

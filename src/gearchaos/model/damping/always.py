@@ -2,7 +2,7 @@
 
 from gearchaos.model.damping.base import DampingLaw
 
-ALWAYS = DampingLaw(
+LAW = ALWAYS = DampingLaw(
     name="always", words="also across the gap", in_contact=False, releases=False,
     comment="2 zeta z' + chi f(z): the damping part acts in every contact state, so the force is not 0 while the teeth "
             "are apart. Contact is the variable contact.",

@@ -2,7 +2,7 @@
 
 from gearchaos.model.damping.base import DampingLaw
 
-UNILATERAL = DampingLaw(
+LAW = DampingLaw(
     name="unilateral", words="in contact alone, never pulling", in_contact=True, releases=True,
     comment="2 zeta z' + chi f(z) in contact, which ends where this is 0.",
     script="side * max(0.0, side * (2 * zeta * z_dot + spring))")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from gearchaos.doors import Register, class_of
+from gearchaos.doors import Register, class_of, modules
 from gearchaos.model.stiffness.base import Stiffness
 from gearchaos.model.stiffness.harmonic import HarmonicStiffness
 from gearchaos.model.stiffness.stepped import MAX_LEVELS, SteppedStiffness
@@ -28,8 +28,9 @@ def _fault(name: str, kind: Any) -> str:
     return f"it must have parameters of its own, not {', '.join(taken)}" if taken else ""
 
 
+modules(__name__)  # each defines a kind
 STIFFNESS_KINDS: Register[type[Stiffness]] = Register("gearchaos.stiffness", {
-    found.kind: found for found in (TwoLevelStiffness, HarmonicStiffness, SteppedStiffness, ToothPairStiffness)
+    found.kind: found for found in sorted(Stiffness.__subclasses__(), key=lambda kind: kind is not TwoLevelStiffness)
 }, _fault, admit=lambda kind: declare(kind.rows, kind.families))
 """The kinds of mesh stiffness by the names that files and pages use; the first is that of the paper."""
 

@@ -23,8 +23,8 @@ class Stiffness(ABC):
     of its parameters, study files, stored results, cards, pictures, scripts, SymPy, and proofs. Only the program that
     checks proofs reads certificates in its own way.
 
-    **To add a kind,** write a frozen dataclass that derives from this class in a file of its own, and enter it in
-    `STIFFNESS_KINDS` in ``__init__.py``. Its fields are numbers or tuples of numbers; they are also the keys of
+    **To add a kind,** write a frozen dataclass that derives from this class in a file of its own in this folder.
+    Its fields are numbers or tuples of numbers; they are also the keys of
     ``[model.stiffness]``. It checks them when it is created, and has `parts`, `describe` and the attributes below.
     A rule between fields of which some have a name is also checked by `check_together`, for values that vary.
     The rest of this class follows from these, and is there to be overridden where it does not fit.

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from typing import Any
 
-from gearchaos.doors import Register, value_of
+from gearchaos.doors import Register, declared, value_of
 from gearchaos.errors import InputError
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import Record, declared, read_by
+from gearchaos.gears.io.fields import Record, read_by
 from gearchaos.gears.train.faults.base import FaultKind
 
 __all__ = ["Fault", "FaultKind", "check_faults"]
@@ -23,8 +23,7 @@ def _whole(field: str, value: Any) -> int:
     return int(value.__index__())
 
 
-FAULTS: Register[FaultKind] = Register(
-    "gearchaos.faults", {kind.name: kind for kind in declared(__name__, "FAULT")}, value_of(FaultKind, ""))
+FAULTS: Register[FaultKind] = Register("gearchaos.faults", declared(__name__, "FAULT"), value_of(FaultKind, ""))
 """The kinds of faults by name; those of gearchaos are fields of `Fault`, those of other packages are in ``others``."""
 
 
