@@ -225,7 +225,7 @@ def made_up(*motions: list[Motion]) -> FollowedMotions:
     return found
 
 
-def severity(each: Motion) -> int:
+def criterion(each: Motion) -> int:
     return 2 if each.contact > 0 else 1 if each.dynamic_factor > 5 else 0
 
 
@@ -283,7 +283,7 @@ def test_what_teeth_cannot_bear_has_no_factor_and_is_not_the_worst():
     (window,) = inner._windows(at, inner._dataset(at))
     assert (window.start, window.operation, window.severity) == (100.0, True, "beyond the teeth") and window.stop < 200
     for deflection, rank in ((3.9, 0), (4.1, 1)):
-        assert at.severity(replace(motion(0, 5.0), deflection=deflection)) == rank
+        assert at.criterion(replace(motion(0, 5.0), deflection=deflection)) == rank
     at = AtTorque(Criteria(), made_up([motion(1, 5.0), motion(1, 7.0)]), 1.0, limits)  # after a load change
     (window,) = inner._windows(at, inner._dataset(at))
     assert (window.operation, window.dynamic_factor, window.beyond_the_teeth) == (True, 5.0, True)
@@ -389,16 +389,16 @@ def calm() -> Motion:
     ([[calm(), motion(0, 2.0)], [calm()], [calm()]], [150], np.inf),  # a motion that the next speed lacks
 ])
 def test_speeds_are_added_where_something_changes(motions, added, limit):
-    assert speeds_between(made_up(*motions), severity, limit) == added
+    assert speeds_between(made_up(*motions), criterion, limit) == added
 
 
 def test_a_gap_between_motions_that_do_not_lead_to_each_other_is_looked_for():
     found = made_up(*([calm(), motion(1, factor)] for factor in (2.0, 2.0, 2.0, 3.0)))
-    assert speeds_between(found, severity, np.inf) == [350]  # about the largest force
+    assert speeds_between(found, criterion, np.inf) == [350]  # about the largest force
     found.at[100.0][1].leads_to[200.0] = found.at[200.0][0]
-    assert speeds_between(found, severity, np.inf) == [350]  # reached from above
+    assert speeds_between(found, criterion, np.inf) == [350]  # reached from above
     found.at[200.0][1].leads_to[100.0] = found.at[100.0][0]
-    assert speeds_between(found, severity, np.inf) == [150, 350]
+    assert speeds_between(found, criterion, np.inf) == [150, 350]
 
 
 @pytest.mark.slow

@@ -228,7 +228,7 @@ class FollowedMotions:
                 motion.leads_to[speed] = self.at[speed][0] if motion.diverged else reached
 
     def search(
-        self, speeds: Sequence[float], severity: Severity, limit: float, starts: int, seed: int, spacing: float
+        self, speeds: Sequence[float], criterion: Criterion, limit: float, starts: int, seed: int, spacing: float
     ) -> Search[None]:
         """Add speeds, others between them, and more until edges and peaks are located or there are `MOST_SPEEDS`.
 
@@ -239,48 +239,48 @@ class FollowedMotions:
         period: none of them stands out.
         ``limit`` is that of the dynamic factor.
         """
-        yield from self.add_random(speeds, severity, starts, (seed, 0))
+        yield from self.add_random(speeds, criterion, starts, (seed, 0))
         more = list[float]()
         for low, high in pairwise(self.speeds):
-            free = not all(any(map(severity, self.at[end])) for end in (low, high))
+            free = not all(any(map(criterion, self.at[end])) for end in (low, high))
             more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else _WITHIN) + 1)[
                 1:-1].tolist()
-        yield from self.add_random(more, severity, starts, (seed, 1))
-        yield from self.refine(severity, limit)
-        yield from self._draw_in_ranges(severity, starts, seed)
-        yield from self.refine(severity, limit)
+        yield from self.add_random(more, criterion, starts, (seed, 1))
+        yield from self.refine(criterion, limit)
+        yield from self._draw_in_ranges(criterion, starts, seed)
+        yield from self.refine(criterion, limit)
 
-    def add_random(self, speeds: Sequence[float], severity: Severity, starts: int, seed: Seed) -> Search[None]:
+    def add_random(self, speeds: Sequence[float], criterion: Criterion, starts: int, seed: Seed) -> Search[None]:
         """Add speeds with random states: an eighth of ``starts`` where a motion to be avoided is known, and an eighth
         of that where one does not repeat, which takes as long as a hundred others."""
         yield from self.add(speeds, fewer(starts, 2), (*seed, 0))
-        regular = self._regular(speeds, severity)
+        regular = self._regular(speeds, criterion)
         yield from self.add(regular, fewer(starts) - fewer(starts, 2), (*seed, 1))
-        free = [s for s in regular if not any(map(severity, self.at[s]))]
+        free = [s for s in regular if not any(map(criterion, self.at[s]))]
         yield from self.add(free, starts - fewer(starts), (*seed, 2))
 
-    def _regular(self, speeds: Iterable[float], severity: Severity) -> list[float]:
+    def _regular(self, speeds: Iterable[float], criterion: Criterion) -> list[float]:
         """The speeds at which every known motion to be avoided repeats."""
-        return [s for s in speeds if all(m.period for m in self.at[s] if severity(m))]
+        return [s for s in speeds if all(m.period for m in self.at[s] if criterion(m))]
 
-    def _draw_in_ranges(self, severity: Severity, starts: int, seed: int) -> Search[None]:
+    def _draw_in_ranges(self, criterion: Criterion, starts: int, seed: int) -> Search[None]:
         """Add random states to each range to be avoided: at speeds throughout it if it has fewer than ``starts`` and
         than 64, and as many as elsewhere next to its ends. Another motion may reach beyond these."""
         chosen, ends, least = list[float](), set[float](), min(starts, _FEWER**2)
-        for run in runs(self.ranks(severity)):
+        for run in runs(self.ranks(criterion)):
             inside = [self.speeds[i] for i in run]
-            if any(map(severity, self.at[inside[0]])):
+            if any(map(criterion, self.at[inside[0]])):
                 if sum(len(self.drawn.get(s, ())) for s in inside) < least:
                     chosen += [min(inside, key=lambda s: abs(s - at)) for at in np.linspace(
                         inside[0], inside[-1], _FEWER)]
                 ends.update(inside[:_NEXT_TO_END], inside[-_NEXT_TO_END:])
         yield from self.add(chosen, fewer(least), (seed, 2))
-        yield from self.add(sorted(self._regular(ends, severity)), starts, (seed, 3))
+        yield from self.add(sorted(self._regular(ends, criterion)), starts, (seed, 3))
 
-    def refine(self, severity: Severity, limit: float) -> Search[None]:
+    def refine(self, criterion: Criterion, limit: float) -> Search[None]:
         """Add speeds until edges and peaks are located, and follow motions that were added to both neighbours."""
         yield from self.add(())
-        while (room := MOST_SPEEDS - len(self.speeds)) > 0 and (new := speeds_between(self, severity, limit)):
+        while (room := MOST_SPEEDS - len(self.speeds)) > 0 and (new := speeds_between(self, criterion, limit)):
             yield from self.add(new[:room])
 
     def operation(self) -> list[list[Motion]]:
@@ -293,11 +293,11 @@ class FollowedMotions:
                 met[there] |= {id(m): m for m in (known.leads_to[there] for known in met[here].values())}
         return [[*each.values()] for each in met.values()]
 
-    def ranks(self, severity: Severity) -> list[int]:
-        """How strongly each speed is to be avoided: the largest severity of its motions; where operation meets one to
-        avoid, `MOST_SEVERE` and the severity of that."""
-        met = [max(map(severity, motions)) for motions in self.operation()]
-        return [MOST_SEVERE + own if own else max(map(severity, self.at[s]))
+    def ranks(self, criterion: Criterion) -> list[int]:
+        """How strongly each speed is to be avoided: the largest criterion of its motions; where operation meets one to
+        avoid, `MOST_SEVERE` and the criterion of that."""
+        met = [max(map(criterion, motions)) for motions in self.operation()]
+        return [MOST_SEVERE + own if own else max(map(criterion, self.at[s]))
                 for own, s in zip(met, self.speeds, strict=True)]
 
     def named(self) -> dict[str, list[Motion | None]]:
@@ -346,14 +346,14 @@ class FollowedMotions:
         return reached
 
 
-Severity = Callable[[Motion], int]
+Criterion = Callable[[Motion], int]
 """How strongly a speed is to be avoided for a motion: 0 for a motion that is no reason to, at most `MOST_SEVERE`."""
 MOST_SEVERE = 2
 OTHER = "other"
 """The name of the motions that operation does not meet."""
 
 
-def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -> list[float]:
+def speeds_between(motions: FollowedMotions, criterion: Criterion, limit: float) -> list[float]:
     """Speeds in the middle between two that are further apart than the resolution, where one of these holds:
 
     - one is to be avoided, the other not, or for another reason;
@@ -362,11 +362,11 @@ def speeds_between(motions: FollowedMotions, severity: Severity, limit: float) -
     - the teeth might separate at a peak between them, or the force exceed the limit;
     - the largest force of a range to be avoided is at one of them.
     """
-    speeds, avoided = motions.speeds, motions.ranks(severity)
+    speeds, avoided = motions.speeds, motions.ranks(criterion)
     chosen = set()
     for i, (low, high) in enumerate(pairwise(speeds)):
         ways = [(m, m.leads_to[there], here) for here, there in ((low, high), (high, low)) for m in motions.at[here]]
-        stays = any(severity(motion) and severity(reached) for motion, reached, _ in ways)
+        stays = any(criterion(motion) and criterion(reached) for motion, reached, _ in ways)
         returns = all(reached.leads_to[here] is motion for motion, reached, here in ways)
         if avoided[i] != avoided[i + 1] or not (stays if avoided[i] else returns):
             chosen.add(i)

@@ -19,7 +19,7 @@ from gearchaos.model import vary
 from gearchaos.model.switched import begun_at, coordinates
 from gearchaos.studies.core.initial_value_problems import Motions, initial_value_problems
 from gearchaos.studies.motion.batch_classification import classify_batch, measured_at_end
-from gearchaos.studies.operation.followed_motions import FollowedMotions, Motion, Severity, brief_settings
+from gearchaos.studies.operation.followed_motions import Criterion, FollowedMotions, Motion, brief_settings
 from gearchaos.studies.operation.known_orbits import LONGEST_ORBIT, KnownOrbit, reach
 
 LARGEST = 3.0
@@ -79,10 +79,10 @@ class Knocked:
     """Good periodic motions at speeds, and the motions that knocks lead to from them."""
 
     def __init__(
-        self, motions: FollowedMotions, speeds: Sequence[float], severity: Severity, settings: Classification,
+        self, motions: FollowedMotions, speeds: Sequence[float], criterion: Criterion, settings: Classification,
         threads: int | None = None,
     ) -> None:
-        self.severity, self.settings, self.threads = severity, settings, threads
+        self.criterion, self.settings, self.threads = criterion, settings, threads
         self.speeds = [s for s in speeds if 0 < motions.at[s][0].period <= LONGEST_ORBIT]
         at = [[m for m in motions.at[s] if 0 < m.period <= LONGEST_ORBIT] for s in self.speeds]
         names = coordinates(vary(motions.model, {}))
@@ -125,7 +125,7 @@ class Knocked:
                     others, *(found[n].tolist() for n in ("label", "period", "contact", "factor", "deflection")),
                     strict=True):
                 out[i] = Motion(label, period, contact, factor, np.nan, (0.0, 0.0), w[:, i], (), deflection)
-        return _Tried(number, phase, step, [m if m and self.severity(m) else None for m in out], out)
+        return _Tried(number, phase, step, [m if m and self.criterion(m) else None for m in out], out)
 
     def sampled(self, number: int, phase: int, steps: Sequence[float], periods: int, samples: int) -> np.ndarray:
         """The displacement (S, L) of a good motion after steps (L,) of the velocity at a phase, from there over mesh
@@ -175,7 +175,7 @@ def unit_step(pair: GearPair) -> float:
 
 
 def find_knocks(
-    motions: FollowedMotions, good: Sequence[float], severity: Severity, beyond: Any, settings: Classification,
+    motions: FollowedMotions, good: Sequence[float], criterion: Criterion, beyond: Any, settings: Classification,
     threads: int | None = None,
 ) -> tuple[tuple[Knock, ...], float]:
     """The least knocks that lead from the motion from rest to one to avoid, in ranges of the speeds that are ``good``,
@@ -184,7 +184,7 @@ def find_knocks(
     ``beyond`` says of a motion whether teeth can bear it.
     """
     chosen = [good[i] for i in sorted({round(i) for i in np.linspace(0, len(good) - 1, min(_SPEEDS, len(good)))})]
-    knocked = Knocked(motions, chosen, severity, settings, threads)
+    knocked = Knocked(motions, chosen, criterion, settings, threads)
     if not knocked.speeds:
         return (), 0.0
     sizes = _SMALLEST * 2.0 ** (np.arange(13) / 2)

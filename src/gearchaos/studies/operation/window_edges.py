@@ -20,7 +20,7 @@ from gearchaos.dynamics.orbits import sections
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
-from gearchaos.studies.operation.followed_motions import FollowedMotions, Motion, Request, Severity, classified
+from gearchaos.studies.operation.followed_motions import Criterion, FollowedMotions, Motion, Request, classified
 
 _BEYOND = 2e-4  # how far beyond a change of stability the motion is computed, as a share of the speed
 _COARSE = 2e-4  # to this share of the speed the end of a motion that does not repeat is located
@@ -37,7 +37,7 @@ class Bracket:
     outside: float
     motions: Sequence[Motion]
     beyond: Sequence[Motion]
-    severity: Severity
+    criterion: Criterion
     found: End
 
     def reach(self, end: End) -> None:
@@ -48,19 +48,19 @@ class Bracket:
 
 class MotionPath(NamedTuple):
     """The path of a motion at a torque from one speed to another. It ends where the motion is no longer to be avoided
-    by the severity, or begins to be if ``avoided`` is false."""
+    by the criterion, or begins to be if ``avoided`` is false."""
 
     torque: float | None
     speed: float
     until: float
     motion: Motion
-    severity: Severity = lambda _: 1
+    criterion: Criterion = lambda _: 1
     avoided: bool = True
 
     @property
     def of_orbit(self) -> Path:
         def holds(orbits: Orbits, index: int) -> bool:
-            return (self.severity(continued(orbits, index, self.motion)) > 0) == self.avoided
+            return (self.criterion(continued(orbits, index, self.motion)) > 0) == self.avoided
 
         return Path(_fixed(self.torque), self.speed, self.until, self.motion.period, self.motion.w, holds)
 
@@ -115,8 +115,8 @@ def locate_edges(
     ends there, its end is the edge.
     """
     follower = Follower(model, "speed")
-    open_ = [(edge, MotionPath(edge.torque, edge.inside, edge.outside, motion, edge.severity)) for edge in brackets
-             for motion in edge.motions if edge.severity(motion)]
+    open_ = [(edge, MotionPath(edge.torque, edge.inside, edge.outside, motion, edge.criterion)) for edge in brackets
+             for motion in edge.motions if edge.criterion(motion)]
     for _ in range(_ROUNDS):
         repeating = [pair for pair in open_ if pair[1].motion.period]
         trials = [(edge, path, (path.until + path.speed) / 2, path.motion.w) for edge, path in open_
@@ -139,13 +139,13 @@ def locate_edges(
                            settings, None, threads)
         open_ = []
         for (edge, path, at, _), (motion,) in zip(trials, found, strict=True):
-            if edge.severity(motion):
+            if edge.criterion(motion):
                 open_.append((edge, path._replace(speed=at, motion=motion)))
             elif not path.motion.period:  # it has ended before
                 open_.append((edge, path._replace(until=at)))
-    back = [(edge, MotionPath(edge.torque, edge.outside, edge.inside, motion, edge.severity, False))
+    back = [(edge, MotionPath(edge.torque, edge.outside, edge.inside, motion, edge.criterion, False))
             for edge in brackets if not edge.found.kind for motion in edge.beyond
-            if motion.period and not edge.severity(motion)]
+            if motion.period and not edge.criterion(motion)]
     for (edge, _), (end, _) in zip(back, follower.ends([path.of_orbit for _, path in back]), strict=True):
         if end.kind and abs(end.value - edge.found.value) <= 2 * edge.found.resolution:
             edge.found = end

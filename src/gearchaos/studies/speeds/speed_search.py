@@ -53,7 +53,7 @@ class AtTorque:
     ratio: float
     limits: TeethLimits
     root: float | None = None  # the larger nominal root stress at rest, N/mm²
-    edges: list[End] = field(default_factory=list)  # between the runs of speeds of one severity
+    edges: list[End] = field(default_factory=list)  # between the runs of speeds of one criterion
     jumps: tuple[Jump, ...] = ()  # of slow sweeps
     knocks: tuple[Knock, ...] = ()
     largest_knock: float = 0.0  # that was tried, rpm
@@ -80,7 +80,7 @@ class AtTorque:
         """Whether teeth cannot bear it."""
         return bool(self.limits.exceeded(motion.dynamic_factor, motion.deflection))
 
-    def severity(self, motion: Motion) -> int:
+    def criterion(self, motion: Motion) -> int:
         """The index into `CRITERIA`; a motion that diverges exceeds every limit."""
         high = motion.dynamic_factor > self.limit or self.beyond(motion)
         return 2 if self.criteria.separation and motion.contact > 0 else int(high)
@@ -88,14 +88,14 @@ class AtTorque:
     def meshes(self, first: int, last: int, own: int) -> tuple[str, ...]:
         """The names of the meshes of a train at which the teeth separate in a range of speeds."""
         found = [m.meshes for s in self.motions.speeds[first : last + 1] for m in self.motions.at[s]
-                 if self.severity(m) >= own and m.meshes]
+                 if self.criterion(m) >= own and m.meshes]
         names = getattr(self.motions.model, "mesh_names", ())
         return tuple(name for k, name in enumerate(names) if any(contacts[k] > 0 for contacts in found))
 
     @property
     def good(self) -> list[float]:
         """The speeds at which neither operation nor a load change meets a motion to avoid."""
-        return [s for s, rank in zip(self.motions.speeds, self.motions.ranks(self.severity), strict=True) if not rank]
+        return [s for s, rank in zip(self.motions.speeds, self.motions.ranks(self.criterion), strict=True) if not rank]
 
     def brackets(self) -> list[Bracket]:
         """The edges between neighbouring speeds of different ranks.
@@ -103,16 +103,16 @@ class AtTorque:
         A motion met in operation at one of them may remain at the other after a load change alone. It does not end
         between them: operation comes to another motion, and the edge is known as well as the speeds are apart.
         """
-        out, speeds, found = [], self.motions.speeds, self.motions.ranks(self.severity)
+        out, speeds, found = [], self.motions.speeds, self.motions.ranks(self.criterion)
         met = self.motions.operation()
         for i, (a, b) in enumerate(pairwise(found)):
             if a != b:
                 inner, outer = i + (b > a), i + (a > b)
                 inside, outside, worst = speeds[inner], speeds[outer], max(a, b)
-                motions, least = self.motions.at[inside], severity_of(worst)
+                motions, least = self.motions.at[inside], criterion_of(worst)
 
                 def as_severe(motion: Motion, least: int = least) -> int:
-                    return int(self.severity(motion) >= least)
+                    return int(self.criterion(motion) >= least)
 
                 if worst > MOST_SEVERE and min(a, b):
                     motions = [m for m in met[inner] if not as_severe(m.leads_to[outside])]
@@ -132,8 +132,8 @@ class AtTorque:
         return out
 
 
-def severity_of(rank: int) -> int:
-    """The severity of a rank, see `FollowedMotions.ranks`."""
+def criterion_of(rank: int) -> int:
+    """The criterion of a rank, see `FollowedMotions.ranks`."""
     return rank - MOST_SEVERE * (rank > MOST_SEVERE)
 
 
@@ -207,8 +207,8 @@ class SpeedSearch:
         shares, criteria = (np.arange(self.trial) + 0.5) / self.trial, self.criteria
         at = [_at_torque(self.model, torque, criteria) for torque in self.torques]
         speeds = (self.axis.start + shares * (self.axis.stop - self.axis.start)).tolist()
-        side_by_side([each.motions.add_random(speeds, each.severity, criteria.starts, (criteria.seed,)) for each in at],
-                     self.model, criteria.settings, threads=threads)
+        side_by_side([each.motions.add_random(speeds, each.criterion, criteria.starts, (criteria.seed,))
+                      for each in at], self.model, criteria.settings, threads=threads)
         return at
 
 
@@ -223,7 +223,7 @@ def search_torques(
     at = [_at_torque(model, torque, criteria) for torque in torques]
     words = "motions from random states" if progress else None
     side_by_side(
-        [each.motions.search(speeds, each.severity, each.limit, criteria.starts, criteria.seed, criteria.spacing)
+        [each.motions.search(speeds, each.criterion, each.limit, criteria.starts, criteria.seed, criteria.spacing)
          for each in at],
         model, criteria.settings, progress=words, threads=threads)
     for _ in range(_MOST_RETURNS):
@@ -232,7 +232,7 @@ def search_torques(
         more = [each for each, count in zip(at, known, strict=True) if sum(map(len, each.motions.at.values())) > count]
         if not more:
             break
-        side_by_side([each.motions.refine(each.severity, each.limit) for each in more], model, criteria.settings,
+        side_by_side([each.motions.refine(each.criterion, each.limit) for each in more], model, criteria.settings,
                      threads=threads)
     brackets = [each.brackets() for each in at]
     locate_edges(model, [edge for edges in brackets for edge in edges], criteria.settings, threads=threads)
@@ -245,7 +245,7 @@ def search_torques(
                            for (path, direction, reached), (end, _) in zip(left, ends, strict=False))
         if criteria.knocks and not model.mesh_names:
             each.knocks, each.largest_knock = find_knocks(
-                each.motions, each.good, each.severity, each.beyond, criteria.settings, threads)
+                each.motions, each.good, each.criterion, each.beyond, criteria.settings, threads)
     return at
 
 

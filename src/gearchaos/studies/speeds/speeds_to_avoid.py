@@ -30,7 +30,7 @@ from gearchaos.studies.operation.load_change import REVERSAL
 from gearchaos.studies.operation.severities import CONTACT_WORDS
 from gearchaos.studies.speeds.criteria import CRITERIA, SPACING, STARTS, Criteria
 from gearchaos.studies.speeds.speed_and_torque import by_standards, loaded
-from gearchaos.studies.speeds.speed_search import AtTorque, SpeedSearch, severity_of
+from gearchaos.studies.speeds.speed_search import AtTorque, SpeedSearch, criterion_of
 from gearchaos.studies.speeds.speed_windows import (
     MOST_PEAKS,
     MOTIONS,
@@ -177,7 +177,7 @@ def _dataset(found: AtTorque) -> xr.Dataset:
     beyond = np.array([[m is not None and found.beyond(m) for m in row] for row in rows.values()])
     data |= {"beyond_the_teeth": beyond, "dynamic_factor": np.where(beyond, np.nan, data["dynamic_factor"])}
     drawn = [motions.drawn.get(speed, []) for speed in motions.speeds]
-    avoided = {id(m) for s in motions.speeds for m in motions.at[s] if found.severity(m)}
+    avoided = {id(m) for s in motions.speeds for m in motions.at[s] if found.criterion(m)}
     states = {"random_states": np.array([len(each) for each in drawn]),
               "avoided_states": np.array([sum(id(m) in avoided for m in each) for each in drawn])}
     return new_dataset(variables(("motion", "speed"), data) | variables(("speed",), states), {
@@ -186,10 +186,10 @@ def _dataset(found: AtTorque) -> xr.Dataset:
 
 def _windows(found: AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
     """The ranges of speed that are equally to be avoided, in operation or after a load change alone."""
-    motions, severity = found.motions, found.severity
+    motions, criterion = found.motions, found.criterion
     speeds, met = dataset["speed"].values, motions.operation()
-    severities = np.array([[0 if m is None else severity(m) for m in row] for row in motions.named().values()])
-    ranks, windows = motions.ranks(severity), []
+    criteria = np.array([[0 if m is None else criterion(m) for m in row] for row in motions.named().values()])
+    ranks, windows = motions.ranks(criterion), []
     parts = runs(ranks)
     ends = [End(float(speeds[0])), *found.edges, End(float(speeds[-1]))]
     for part, (start, stop) in zip(parts, pairwise(ends), strict=True):
@@ -197,7 +197,7 @@ def _windows(found: AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         before, rank, after = ([0, *ranks, 0][i] for i in (first, first + 1, last + 2))
         if not rank:
             continue
-        operation, own = rank > MOST_SEVERE, severity_of(rank)
+        operation, own = rank > MOST_SEVERE, criterion_of(rank)
         whole = dataset.isel(speed=slice(first, last + 1))
         within = whole.isel(motion=slice(len(OPERATION)) if operation else slice(len(OPERATION), None))
         known = largest_factors(dataset.isel(motion=slice(len(OPERATION)) if operation else slice(None)))
@@ -205,10 +205,10 @@ def _windows(found: AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
         peaks = [i for i in inner if known[i - 1] < known[i] >= known[i + 1]]
         largest = sorted(sorted(peaks, key=lambda i: -known[i])[:MOST_PEAKS])
         weights, speeds_within = weights_of(whole), speeds[first : last + 1].tolist()
-        free = [i for i in range(last + 1 - first) if operation and any(severity(m) < own for m in met[first + i])]
+        free = [i for i in range(last + 1 - first) if operation and any(criterion(m) < own for m in met[first + i])]
         history = (start.value if free[0] == 0 else speeds_within[free[0] - 1],
                    stop.value if free[-1] == last - first else speeds_within[free[-1] + 1]) if free else None
-        rows = zip(dataset["motion"].values.tolist(), severities[:, first : last + 1] > 0,
+        rows = zip(dataset["motion"].values.tolist(), criteria[:, first : last + 1] > 0,
                    whole["dynamic_factor"].values, strict=True)
         reached = [Reached(MOTIONS[name], float(weights[avoided].sum() / weights.sum()), float(factors[avoided].max()))
                    for name, avoided, factors in rows if avoided.any()]

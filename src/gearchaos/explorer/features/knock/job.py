@@ -71,17 +71,17 @@ def knocked_motion(motion: PeriodicMotion, dynamic_factor: float) -> Generator[K
     motions, settings, limits = FollowedMotions(model), Classification(), TeethLimits.of(gears, torque)
     motions.speeds, motions.at = [speed], {speed: [own]}
 
-    def severity(each: Motion) -> int:
+    def criterion(each: Motion) -> int:
         return int(each.contact > 0 or beyond(each))
 
     def beyond(each: Motion) -> bool:
         return limits.exceeded(each.dynamic_factor, each.deflection)
 
-    knocks, largest = find_knocks(motions, [speed], severity, beyond, settings)
+    knocks, largest = find_knocks(motions, [speed], criterion, beyond, settings)
     if not knocks:
         yield KnockedMotion(None, largest, np.zeros(0), np.zeros((3, 0)))
         return
-    knocked, (knock,) = Knocked(motions, [speed], severity, settings), knocks
+    knocked, (knock,) = Knocked(motions, [speed], criterion, settings), knocks
     step, phase = knock.speed_step * RPM / unit_step(pair_of(gears)), int(knock.phase * PHASES)
     (half,) = knocked.tried(np.zeros(1, int), np.array([phase]), np.array([step / 2])).reached
     after = knocked.sampled(0, phase, [0.0, step / 2, step], AFTER, _SAMPLES)
