@@ -15,7 +15,7 @@ from gearchaos.cli.avoided import LoadChange, Wide, change_of
 from gearchaos.cli.errors import say
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import TORQUES, Json, OutIfWanted, Plot, Sets, StudyPath
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, check_result, save
+from gearchaos.cli.output import check_files, check_output, save
 from gearchaos.errors import InputError
 from gearchaos.formats import UFF
 
@@ -70,9 +70,8 @@ def runup(
     json_out: Json = False,
 ) -> None:
     """Run gears up through a range of speeds: where the motion jumps, its peaks, and the orders of the mesh force."""
-    check_result("--out", out, spectra=True)
-    for option, path, suffixes in (
-            ("--plot", plot, PLOT_SUFFIXES), ("--wav", wav, (".wav",)), ("--uff", uff, UFF.suffixes)):
+    check_files(out, plot, spectra=True)
+    for option, path, suffixes in (("--wav", wav, (".wav",)), ("--uff", uff, UFF.suffixes)):
         check_output(option, path, suffixes)
     if uff is not None:
         UFF.check("--uff")
@@ -153,8 +152,7 @@ def orders(
     json_out: Json = False,
 ) -> None:
     """Show the order spectrum of a steady motion: mesh harmonics, their sidebands, and whose they are."""
-    check_result("--out", out, spectra=True)
-    check_output("--plot", plot, PLOT_SUFFIXES)
+    check_files(out, plot, spectra=True)
     loaded = options.load(gears, sets, physical=True)
     other = None if against is None else options.load(against, options.operating_point(sets), physical=True).model
     from gearchaos.cli.summaries import Found, report
@@ -189,8 +187,7 @@ def fit(
     json_out: Json = False,
 ) -> None:
     """Fit damping, backlash and transmission error of a gear pair to measured orders over the speed."""
-    check_result("--out", out)
-    check_output("--plot", plot, PLOT_SUFFIXES)
+    check_files(out, plot)
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.fit.fit import Fit
 
@@ -240,8 +237,7 @@ def scatter(
     json_out: Json = False,
 ) -> None:
     """Say how likely contact is lost where inputs are uncertain, which input matters, and what tightening it brings."""
-    check_result("--out", out)
-    check_output("--plot", plot, PLOT_SUFFIXES)
+    check_files(out, plot)
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.core.axis import Axis
     from gearchaos.studies.core.operating_ranges import operating_axis, torques_of

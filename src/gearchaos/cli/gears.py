@@ -11,7 +11,7 @@ import typer
 from gearchaos.cli.avoided import REVERSED, Factor, LoadChange, RootStress, Wide, criteria, states_after
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import TORQUES, Json, Out, Plot, Refine, Sets, StartsPerCell, StatesAfter, app, given, load
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, check_result, draw, print_json, save, say_written
+from gearchaos.cli.output import PLOT_SUFFIXES, check_files, check_output, draw, print_json, save, say_written
 from gearchaos.cli.process import load_kernels
 from gearchaos.errors import InputError
 from gearchaos.files import write_bytes
@@ -142,8 +142,7 @@ def operating_map(
     json_out: Json = False,
 ) -> None:
     """Map where the teeth of given gears separate, and their motions, over speed and torque in rpm and N m."""
-    check_result("--out", out)
-    check_output("--plot", plot, PLOT_SUFFIXES)
+    check_files(out, plot)
     from gearchaos.cli.summaries import Found, report
     from gearchaos.studies.core.operating_ranges import operating_axis
     from gearchaos.studies.maps.zones import Zones

@@ -11,9 +11,7 @@ from gearchaos.cli.errors import say
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import Json, Sets, app
 from gearchaos.cli.output import (
-    PLOT_SUFFIXES,
-    check_output,
-    check_result,
+    check_files,
     draw,
     plain_table,
     print_json,
@@ -43,8 +41,7 @@ def modes(
     json_out: Json = False,
 ) -> None:
     """Show the natural frequencies of gears in contact, where their energy is, and at which speeds meshes meet them."""
-    check_result("--out", out)
-    check_output("--plot", plot, PLOT_SUFFIXES)
+    check_files(out, plot)
     from gearchaos.model import MeshModel
     from gearchaos.studies.vibration.natural_frequencies import natural_frequencies
     from gearchaos.studyfile import open as open_file

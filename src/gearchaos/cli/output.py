@@ -49,12 +49,13 @@ def check_output(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
     _check_writable(option, path)
 
 
-def check_result(option: str, path: Path | None, spectra: bool = False) -> None:
-    """Raise `InputError` unless ``path`` is that of a format of results, of one for ``spectra`` or for any result, and
-    a file can be written there."""
-    if path is not None:
-        format_of(option, path, spectra).check(option)
-        _check_writable(option, path)
+def check_files(out: Path | None, plot: Path | None = None, spectra: bool = False) -> None:
+    """Raise `InputError` unless ``out`` is that of a format of results, of one for ``spectra`` or for any result,
+    ``plot`` that of a picture, and files can be written there."""
+    if out is not None:
+        format_of("--out", out, spectra).check("--out")
+        _check_writable("--out", out)
+    check_output("--plot", plot, PLOT_SUFFIXES)
 
 
 def _check_writable(option: str, path: Path) -> None:

@@ -16,7 +16,7 @@ from gearchaos.cli import completion, output
 from gearchaos.cli.errors import say
 from gearchaos.cli.interrupts import finish_what_is_under_way
 from gearchaos.cli.options import AxisTexts, Json, Out, Physical, Sets, StudyPath, app, load, parse_axes, study_axes
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, check_result, print_json, say_written
+from gearchaos.cli.output import PLOT_SUFFIXES, check_files, check_output, print_json, say_written
 from gearchaos.errors import InputError
 from gearchaos.formats import format_of
 
@@ -318,7 +318,7 @@ def _default_picture(result: str, colour: str) -> Path:
 @app.command(rich_help_panel="Runs")
 def export(store: StorePath, out: Out, physical: Physical = False) -> None:
     """Write the result in a store as NetCDF, or as tables of text."""
-    check_result("--out", out)
+    check_files(out)
     from gearchaos.store.read import dataset as stored
     from gearchaos.store.store import open_store
 

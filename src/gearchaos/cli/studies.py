@@ -14,7 +14,7 @@ from gearchaos.cli import options
 from gearchaos.cli.errors import Commands, say
 from gearchaos.cli.gear_studies import fit, orders, runup, scatter
 from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
-from gearchaos.cli.output import PLOT_SUFFIXES, check_output, check_result, draw, print_json, save, write_certificate
+from gearchaos.cli.output import PLOT_SUFFIXES, check_files, check_output, draw, print_json, save, write_certificate
 from gearchaos.doors import is_offered
 from gearchaos.errors import InputError, unknown_name
 
@@ -51,8 +51,7 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     for name, option in entry["options"].items():
         if option.get("file_only") and values[name] is not None and out is None:
             raise InputError(f"--{name}", "needs --out", values[name], option["file_only"])
-    check_result("--out", out)
-    check_output("--plot", plot, PLOT_SUFFIXES)
+    check_files(out, plot)
     given_axes = options.parse_axes(values.pop("axis", None), [*entry["axes"].values()])
     loaded = options.load(path, sets, physical, given_axes)
     axes = options.study_axes(kind, loaded, given_axes)

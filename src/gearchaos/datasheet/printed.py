@@ -35,7 +35,9 @@ def report_pdf(report: Report, against: Report | None = None) -> bytes:
         for number, each in enumerate(reports):
             top = 0.96 - number * share
             page.text(0.08, top, each.title, fontsize=14, va="top", parse_math=False)
-            above, below = list(_above(each, len(reports) == 1)), list(_below(each, len(reports) == 1))
+            above, below = list(_above(each, against is None)), [sentence(each.as_given)]
+            if against is None:  # else there is room for a line below the picture
+                below = [line for section in each.changes for line in _part(section)]
             page.text(0.08, top - 0.03, "\n".join(above), fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
             text_end, under = top - 0.03 - _LINE * len(above), top - share + _LINE * len(below) + 0.01
             plot.assessment(each.found, page.add_axes((0.14, under + 0.06, 0.78, text_end - under - 0.12)))
@@ -59,14 +61,6 @@ def _above(report: Report, alone: bool) -> Iterator[str]:
         yield from textwrap.wrap(sentence(words), 95)
     if report.found.avoid:
         yield from _part(Section("Keep out of", items=keep_out(report.found, *[] if alone else [_FEW_RANGES])), 95)
-
-
-def _below(report: Report, alone: bool) -> Iterator[str]:
-    """What the first page says below the picture: beside another report there is room for a line."""
-    if not alone:
-        yield sentence(report.as_given)
-    for section in report.changes if alone else ():
-        yield from _part(section)
 
 
 def _lines(report: Report) -> Iterator[str]:
