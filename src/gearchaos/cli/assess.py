@@ -96,7 +96,10 @@ def assess(
     from gearchaos.studies.speeds.assess import assess as assessed
 
     axis, torques = range_of_speeds(speed, "--speed"), None if torque is None else torques_of(torque, "--torque")
-    _refuse_without_effect(sets, torques)
+    for text in operating_point(sets):
+        name = text.partition("=")[0]
+        if name == "speed" or torques is not None:
+            raise InputError("--set", f"must leave out {name}", text, f"It is that of --{name}.")
     described = [_described(gears, sets, axis, torques)]
     if against is not None:
         described.append(_described(against, operating_point(sets), axis, torques))
@@ -128,14 +131,6 @@ def assess(
     if json_out:
         document = reports[0].document()
         print_json(document if against is None else document | {"against": reports[1].document()})
-
-
-def _refuse_without_effect(sets: list[str] | None, torques: tuple[float, ...] | None) -> None:
-    """Raise `InputError` for a value of ``--set`` that an option replaces."""
-    for text in operating_point(sets):
-        name = text.partition("=")[0]
-        if name == "speed" or torques is not None:
-            raise InputError("--set", f"must leave out {name}", text, f"It is that of --{name}.")
 
 
 def _described(

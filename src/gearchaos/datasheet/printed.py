@@ -35,9 +35,11 @@ def report_pdf(report: Report, against: Report | None = None) -> bytes:
         for number, each in enumerate(reports):
             top = 0.96 - number * share
             page.text(0.08, top, each.title, fontsize=14, va="top", parse_math=False)
-            above, below = list(_above(each, against is None)), [sentence(each.as_given)]
-            if against is None:  # else there is room for a line below the picture
-                below = [line for section in each.changes for line in _part(section)]
+            above = [line for words in each.answer for line in textwrap.wrap(sentence(words), 95)]
+            ranges = keep_out(each.found) if against is None else keep_out(each.found, _FEW_RANGES)
+            above += _part(Section("Keep out of", items=ranges), 95) if ranges else []
+            below = [sentence(each.as_given)] if against else [  # beside another report there is room for a line
+                line for section in each.changes for line in _part(section)]
             page.text(0.08, top - 0.03, "\n".join(above), fontsize=9.5, va="top", linespacing=1.4, parse_math=False)
             text_end, under = top - 0.03 - _LINE * len(above), top - share + _LINE * len(below) + 0.01
             plot.assessment(each.found, page.add_axes((0.14, under + 0.06, 0.78, text_end - under - 0.12)))
@@ -53,14 +55,6 @@ def report_pdf(report: Report, against: Report | None = None) -> bytes:
                       linespacing=1.35, parse_math=False)
             pages.savefig(page)
     return content.getvalue()
-
-
-def _above(report: Report, alone: bool) -> Iterator[str]:
-    """What the first page says above the picture: beside another report fewer ranges."""
-    for words in report.answer:
-        yield from textwrap.wrap(sentence(words), 95)
-    if report.found.avoid:
-        yield from _part(Section("Keep out of", items=keep_out(report.found, *[] if alone else [_FEW_RANGES])), 95)
 
 
 def _lines(report: Report) -> Iterator[str]:
