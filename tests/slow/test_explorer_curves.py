@@ -7,9 +7,9 @@ import pytest
 from PIL import Image
 
 import gearchaos as gc
-from gearchaos.explorer.features.map.panel import CURVE_COLOURS as CURVES
 from gearchaos.explorer.features.motion.diagram import BRANCH_COLOUR as BRANCH
 from gearchaos.explorer.features.motion.orbits import skeleton
+from gearchaos.plot.theme import EVENT_COLOURS as CURVES
 from tests.slow.browser import NEEDED
 
 sync_api = pytest.importorskip("playwright.sync_api")
