@@ -378,6 +378,8 @@ def test_commands_of_the_examples_reach_their_study(tmp_path, monkeypatch, comma
     monkeypatch.setattr(
         import_module("gearchaos.studies.motion.regime").Regime, "verdict", raising(KeyboardInterrupt()))
     monkeypatch.setattr(report, "build", raising(KeyboardInterrupt()))
+    monkeypatch.setattr(import_module("gearchaos.studies.vibration.natural_frequencies"), "natural_frequencies",
+                        raising(KeyboardInterrupt()))
     shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     result = ask(*shlex.split(command))
