@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.errors import InputError
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
 from gearchaos.studies.operation.quasi_static import quasi_static_ratio
@@ -212,3 +213,10 @@ def test_a_mesh_has_the_contact_ratio_of_a_pair_with_two_levels():
                        speed=6000.0, chi1=0.2, chi2=0.1, contact_ratio=1.7)
     found = gc.Mesh(between=("a", "b"), design=pair, pitch_errors=([0.0] * 23 + [1e-6], []))
     assert found.contact_ratio == 1.7
+
+
+def test_a_common_period_that_is_too_long_names_the_tolerance_that_does(monkeypatch):
+    monkeypatch.setattr("gearchaos.gears.train.period.MOST_CYCLES", 12)
+    with pytest.raises(InputError, match=r"Give frequency_tolerance = 0\.019, by which orders may deviate"):
+        hunting_train()
+    assert max(hunting_train(frequency_tolerance=0.02).cycles.values()) <= 12

@@ -11,6 +11,9 @@ from gearchaos.errors import InputError
 MOST_CYCLES = 2000
 """Most cycles of the fastest excitation in the common period."""
 
+LARGEST_TOLERANCE = 0.05
+"""Largest relative deviation of orders that can be asked for."""
+
 NEAR, FAR = 1e-4, 1e-3
 """Relative deviations of orders whose exact common period is too long: the first that is good enough, and the largest.
 Both are small beside the deviations of speeds and of natural frequencies from those computed."""
@@ -53,8 +56,10 @@ def followed_orders(
     if best > max(tolerance, FAR):
         listed = ", ".join(f"{order} of {name}" for name, order in orders.items())
         raise InputError("common period", f"must have at most {MOST_CYCLES} cycles of the fastest excitation",
-                         math.ceil(fastest / exact), f"Give frequency_tolerance = {best:.2g}, by which orders may "
-                         "deviate. Or choose numbers of teeth with common factors, and orders in simple ratios. "
+                         math.ceil(fastest / exact), (
+                             f"Give frequency_tolerance = {best * 1.01:.2g}, by which orders may deviate." if
+                             best < LARGEST_TOLERANCE else "Leave out what repeats with the turn of a wheel.") +
+                         " Or choose numbers of teeth with common factors, and orders in simple ratios. "
                          f"Periods in a turn of the first body: {listed}.")
     return {order: order / quantum * max(round(quantum / period), 1) * period
             for group, quantum in zip(groups, quanta, strict=True) for order in group}

@@ -19,14 +19,14 @@ from gearchaos.gears.mesh.pair import GearPair, Scales
 from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.parts import GROUND, Body, Shaft, Units, field_of, parts
-from gearchaos.gears.train.period import common, followed_orders
+from gearchaos.gears.train.period import LARGEST_TOLERANCE, common, followed_orders
 from gearchaos.gears.train.ratios import steady_ratios
 from gearchaos.gears.train.stiffness import STEPS, SeriesStiffness
 from gearchaos.gears.train.structure import units_of
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, SHARED_LAWS, Damped, DampingLaw
 from gearchaos.quantities import POSITIVE, Rule, parameter_owner
 
-_TOLERANCE = Rule(lambda v: 0 <= v <= 0.05, "must be from 0 to 0.05")
+_TOLERANCE = Rule(lambda v: 0 <= v <= LARGEST_TOLERANCE, f"must be from 0 to {LARGEST_TOLERANCE}")
 BALANCE = 1e-6  # largest mean torque left over, relative to the sum of all
 
 
