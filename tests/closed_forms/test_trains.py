@@ -157,14 +157,13 @@ def test_teeth_that_repeat_late_and_orders_that_are_no_ratio_are_followed_nearly
     bodies = [gc.Body(name=name, inertia=1e-3, torque={"a": 20.0, "d": -torque}.get(name, 0.0)) for name in "abcd"]
     late = gc.Train(speed=3000.0, bodies=bodies, meshes=three)
     assert max(late.cycles.values()) <= 2000 and 0 < late.deviation < 1e-3
-    with pytest.warns(UserWarning, match="frequency_tolerance = 0.001 may shorten it"):
-        assert f"frequencies are up to {100 * late.deviation:.2g} % off" in as_model(late).in_words
+    assert f"frequencies are up to {100 * late.deviation:.2g} % off" in as_model(late).in_words
     assert "off" not in as_model(hunting_train()).in_words
     circle = replace(late, meshes=three[:1], bodies=[
         gc.Body(name="a", inertia=1e-3, torque=20.0, torque_orders=[{"order": np.pi, "amplitude": 1.0}]),
         gc.Body(name="b", inertia=1e-3, torque=-20.0 * 101 / 97)])
-    assert circle.excitation_orders()["order 3.14159 of a"] == pytest.approx(np.pi, rel=1e-4)
-    assert 0 < circle.deviation < 1e-4
+    assert circle.excitation_orders()["order 3.14159 of a"] == pytest.approx(np.pi, rel=1e-3)
+    assert 0 < circle.deviation < 1e-3
 
 
 def test_a_mesh_and_the_turns_of_its_wheels_stay_in_their_ratio():
@@ -220,3 +219,11 @@ def test_a_common_period_that_is_too_long_names_the_tolerance_that_does(monkeypa
     with pytest.raises(InputError, match=r"Give frequency_tolerance = 0\.019, by which orders may deviate"):
         hunting_train()
     assert max(hunting_train(frequency_tolerance=0.02).cycles.values()) <= 12
+
+
+def test_a_long_common_period_is_warned_of_with_what_shortens_it():
+    train = hunting_train()
+    long = replace(train, meshes=[mesh("motor", "wheel", 40, 143), train.meshes[1]], bodies=[
+        *train.bodies[:2], replace(train.bodies[2], torque=-20.0 * 143 / 40 * 50 / 19)])
+    assert "counted. frequency_tolerance = 0.001 may shorten it." in long.warnings[0] and not train.warnings
+    assert "may shorten" not in "".join(replace(long, frequency_tolerance=1e-6).warnings)

@@ -14,9 +14,9 @@ MOST_CYCLES = 2000
 LARGEST_TOLERANCE = 0.05
 """Largest relative deviation of orders that can be asked for."""
 
-NEAR, FAR = 1e-4, 1e-3
-"""Relative deviations of orders whose exact common period is too long: the first that is good enough, and the largest.
-Both are small beside the deviations of speeds and of natural frequencies from those computed."""
+NEAR = 1e-3
+"""Largest relative deviation of orders whose exact common period is too long, if none is asked for. It is small beside
+the deviations of speeds and of natural frequencies from those computed."""
 
 
 def common(orders: Iterable[Fraction]) -> Fraction:
@@ -53,7 +53,7 @@ def followed_orders(
             best, period = worst, largest / n
         if best <= (tolerance or NEAR):
             break
-    if best > max(tolerance, FAR):
+    else:
         listed = ", ".join(f"{order} of {name}" for name, order in orders.items())
         raise InputError("common period", f"must have at most {MOST_CYCLES} cycles of the fastest excitation",
                          math.ceil(fastest / exact), (

@@ -58,8 +58,8 @@ class Train(Damped, HasCard):
     damping_law : {"always", "contact"}
         Where the damping of the meshes acts, which do not say it themselves.
     frequency_tolerance : float
-        How far mesh frequencies and orders may deviate, relatively, so that all repeats sooner; 0 is exact, and at most
-        1e-3 where that would take more than 2000 mesh cycles.
+        How far mesh frequencies and orders may deviate, relatively, so that all repeats sooner. By default they are
+        exact, but where that would take more than 2000 mesh cycles up to 1e-3 off.
     reference : Units, optional
         The units of dimensionless results; by default half the first backlash, and the frequency and mean stiffness of
         the first mesh.
@@ -352,7 +352,8 @@ class Train(Damped, HasCard):
         """Sentences about values that are possible but unusual."""
         cycles = max(self.cycles.values(), default=1)
         found = {f"The excitations repeat after {cycles} mesh cycles ({self.period * 1e3:.4g} ms), the unit in which "
-                 "periods and sections are counted. frequency_tolerance = 0.001 may shorten it.": cycles > 100}
+                 "periods and sections are counted." + " frequency_tolerance = 0.001 may shorten it." * (
+                     not self.frequency_tolerance): cycles > 100}
         for mesh in self.meshes:
             most = max((abs(v) for v in (*map(abs, mesh.eccentricity), *(fault.back for fault in mesh.faults), *(
                 late for wheel in mesh.pitch_errors for late in wheel))), default=0.0)
