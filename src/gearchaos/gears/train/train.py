@@ -353,7 +353,7 @@ class Train(Damped, HasCard):
         cycles = max(self.cycles.values(), default=1)
         found = {f"The excitations repeat after {cycles} mesh cycles ({self.period * 1e3:.4g} ms), the unit in which "
                  "periods and sections are counted." + " frequency_tolerance = 0.001 may shorten it." * (
-                     not self.frequency_tolerance): cycles > 100}
+                     not self.deviation): cycles > 100}
         for mesh in self.meshes:
             most = max((abs(v) for v in (*map(abs, mesh.eccentricity), *(fault.back for fault in mesh.faults), *(
                 late for wheel in mesh.pitch_errors for late in wheel))), default=0.0)
