@@ -226,4 +226,4 @@ def test_a_long_common_period_is_warned_of_with_what_shortens_it():
     long = replace(train, meshes=[mesh("motor", "wheel", 40, 143), train.meshes[1]], bodies=[
         *train.bodies[:2], replace(train.bodies[2], torque=-20.0 * 143 / 40 * 50 / 19)])
     assert "counted. frequency_tolerance = 0.001 may shorten it." in long.warnings[0] and not train.warnings
-    assert "may shorten" not in "".join(replace(long, frequency_tolerance=1e-6).warnings)
+    assert not replace(long, frequency_tolerance=1e-3).warnings
