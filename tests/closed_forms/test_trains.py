@@ -226,4 +226,5 @@ def test_a_long_common_period_is_warned_of_with_what_shortens_it():
     long = replace(train, meshes=[mesh("motor", "wheel", 40, 143), train.meshes[1]], bodies=[
         *train.bodies[:2], replace(train.bodies[2], torque=-20.0 * 143 / 40 * 50 / 19)])
     assert "counted. frequency_tolerance = 0.001 may shorten it." in long.warnings[0] and not train.warnings
-    assert not replace(long, frequency_tolerance=1e-3).warnings
+    near = replace(long, frequency_tolerance=1e-3)
+    assert 100 < max(near.cycles.values()) < 143 and near.warnings[0].endswith("sections are counted.")
