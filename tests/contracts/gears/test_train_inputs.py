@@ -100,6 +100,7 @@ REFUSED = [
     (with_mesh(internal="yes"), "mesh a/b: internal", "must be true or false"),
     (with_mesh(teeth=None), "mesh a/b: teeth", "must be given", "Or give a design"),
     (with_mesh(helix_angle="20 deg"), "mesh a/b", "must have no key but", "one with design = 'pair.toml'"),
+    (with_mesh(cone_angle="30 deg"), "mesh a/b", "must have no key but", "Gears on parallel axes are computed"),
     # how it turns
     (train(body("a"), body("b"), body("c"), body("d"), meshes=[
         mesh("a", "b"), mesh("b", "c", 30, 40), mesh("c", "d", 40, 20), mesh("d", "a", 21, 20)]),

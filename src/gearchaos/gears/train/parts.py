@@ -268,7 +268,8 @@ class Body:
         if len(given) != 1:
             raise InputError("inertia", "must be given, or motion, or fixed, and only one of them", given or None,
                              f"{self.name} is moved by torques, or moves as prescribed (motion = [] is uniform "
-                             "rotation), or is held.")
+                             "rotation), or is held. A joint of two shafts without inertia is left out: they are one "
+                             "shaft of 1/(1/k1 + 1/k2).")
         if self.torque and self.torque_over_speed is not None:
             raise InputError("torque", "must be left out beside torque_over_speed", self.torque)
         idle = {name: getattr(self, name) for name in ("torque", "torque_over_speed", "torque_orders", "damping")}
