@@ -228,3 +228,28 @@ def test_a_long_common_period_is_warned_of_with_what_shortens_it():
     assert "counted. frequency_tolerance = 0.001 may shorten it." in long.warnings[0] and not train.warnings
     near = replace(long, frequency_tolerance=1e-3)
     assert 100 < max(near.cycles.values()) < 143 and near.warnings[0].endswith("sections are counted.")
+
+
+def stopped_train(**stops):
+    """A driver that shakes in the play of a coupling."""
+    return gc.Train(speed=600.0, meshes=[mesh("hub", "load", 20, 30)], bodies=[
+        gc.Body(name="driver", inertia=2e-3, torque=2.0, torque_orders=[{"order": 2, "amplitude": 30.0}]),
+        gc.Body(name="hub", inertia=1e-3), gc.Body(name="load", inertia=5e-3, torque=-3.0)],
+        shafts=[gc.Shaft(between=("driver", "hub"), stop_stiffness=2e4, stop_damping=0.5, **stops)])
+
+
+def test_a_coupling_with_unlike_stops_is_one_with_like_stops_turned():
+    """Without a spring the play from stop to stop alone counts: that from -0.1° to 0.3° is that of ±0.2°."""
+    alike, apart, none = (deflections(stopped_train(**stops), 40) for stops in (
+        {"stop": "0.2 deg"}, {"stop": "0.3 deg", "stop_back": "0.1 deg"}, {"stop": "0.2 deg", "stop_back": "60 deg"}))
+    assert np.ptp(alike) > 1e-4 and apart == pytest.approx(alike, abs=1e-6 * np.ptp(alike))
+    assert np.abs(none - alike).max() > 1e-5  # the other side is met
+
+
+def test_stops_of_the_other_side_are_a_parameter():
+    model = as_model(stopped_train(stop=0.004, stop_back=0.001))
+    assert model.parameters()["driver-hub.stop_back"] == 0.001
+    changed = initial_value_problems(model, {"driver-hub.stop_back": np.array([0.001, 0.003])}).flow
+    assert np.ptp(changed.system.contacts.offset[:, -1, 0, 0]) == pytest.approx(0.002 / model.units.length)
+    with pytest.raises(InputError, match="stop_back must be left out without stop"):
+        gc.Shaft(between=("a", "b"), stiffness=1.0, stop_back=0.1)

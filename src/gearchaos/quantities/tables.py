@@ -121,6 +121,8 @@ PARTS: dict[str, Quantity] = {q.name: q for q in (
     Quantity("damping", long_name="damping", axis_name="damping", unit="N*s/m or N*m*s/rad", rule=_DAMPING),
     Quantity("backlash", long_name="total backlash", axis_name="backlash", unit="m", rule=NOT_NEGATIVE),
     Quantity("stop", long_name="angle of the stops", axis_name="angle of the stops", unit="rad", rule=NOT_NEGATIVE),
+    Quantity("stop_back", long_name="angle of the stops of the other side", axis_name="angle of the other stops",
+             unit="rad", rule=NOT_NEGATIVE),
 )}
 """Parameters of the parts of a gear train, in names such as ``loose.torque``: a part, a dot, and the parameter."""
 

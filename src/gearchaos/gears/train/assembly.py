@@ -105,8 +105,17 @@ class Assembly:
     def backlash(self, element: Element) -> np.ndarray:
         """The play of a mesh, or between stops, (P,)."""
         if element.stops:
-            return 2 * self._of(self.value(element.owner, "stop", element.backlash / 2))
+            return self.ahead(element, 1.0) + self.ahead(element, -1.0)
         return self._of(self.value(element.owner, "backlash", element.backlash))
+
+    def ahead(self, element: Element, side: float | np.ndarray) -> np.ndarray:
+        """How far the front flank, of the side 1, or the back flank, −1, stands from the middle, or a stop, (P,)."""
+        if not element.stops:
+            return self.backlash(element) / 2
+        front = self._of(self.value(element.owner, "stop", element.stops.stop))
+        back = front if element.stops.stop_back is None else self._of(
+            self.value(element.owner, "stop_back", element.stops.stop_back))
+        return np.where(np.asarray(side) > 0, front, back)
 
     def system(self) -> SwitchedAffine:
         """The switched affine system, in the units of the train."""
@@ -178,7 +187,7 @@ class Assembly:
             rows[m, self.at] = self.coefficients(element)
             pushes[:, m, self.place] = np.einsum("pvn,n->pv", self.to_speeds, element.row)
             front = self.middle @ rows[m, self.at] - element.ahead + (
-                self.backlash(element) / 2 if element.stops else 0.0)
+                self.ahead(element, 1.0) if element.stops else 0.0)
             offsets[:, m] = np.stack([front, self.backlash(element) - front], axis=1)
         return rows, pushes, offsets
 
@@ -233,7 +242,7 @@ class Assembly:
                 part, side, mean = self._over_period(element), np.where(force < 0, -1.0, 1.0), mean_stiffness(element)
                 first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
                 first = np.where(first > 0, first, mean)  # where the first teeth are missing
-                w[:, i] = side * self.backlash(element) / 2 + force / (
+                w[:, i] = side * self.ahead(element, side) + force / (
                     np.where(side > 0, *first) * self.stiffness(element) / mean)
             else:
                 w[:, i] = force / self.stiffness(element)

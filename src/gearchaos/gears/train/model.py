@@ -32,7 +32,7 @@ from gearchaos.model.switched import Batch, SwitchedAffine, coordinates, switche
 from gearchaos.quantities import parameter_owner
 from gearchaos.validation import check, to_float
 
-_VARIED = {"bodies": ("inertia", "torque", "damping"), "shafts": ("stiffness", "damping", "stop"),
+_VARIED = {"bodies": ("inertia", "torque", "damping"), "shafts": ("stiffness", "damping", "stop", "stop_back"),
            "meshes": ("stiffness", "damping", "backlash")}
 """The fields of parts that can be set and varied by name, such as ``loose.torque``."""
 
@@ -158,7 +158,7 @@ class TrainModel(GearModel):
         for kind, names in _VARIED.items():
             for part in getattr(self.train, kind):
                 for name in names:
-                    springless = isinstance(part, Shaft) and not part.stiffness and name != "stop"
+                    springless = isinstance(part, Shaft) and not part.stiffness and not name.startswith("stop")
                     if springless or (isinstance(part, Body) and (
                             part.prescribed or (name == "torque" and part.torque_over_speed))):
                         continue

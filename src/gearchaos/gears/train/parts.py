@@ -313,8 +313,10 @@ class Shaft:
     damping : torque time
         Of the spring.
     stop : angle, optional
-        The angle, to both sides, from which on stops act in parallel: half the play of a spline, or the end of the
-        first stage of a clutch.
+        The angle from which on stops act in parallel: half the play of a spline, or the end of the first stage of a
+        clutch.
+    stop_back : angle, optional
+        That of the other side, where the second body runs ahead, by default the same; a large one is none.
     stop_stiffness, stop_damping : torque/angle, torque time
         Of the stops; their damping acts while they touch.
 
@@ -330,6 +332,7 @@ class Shaft:
     stiffness: Any = field(default=0.0, metadata=read_by(one(units.TORSIONAL_STIFFNESS, NOT_NEGATIVE)))
     damping: Any = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
     stop: Any = field(default=None, metadata=read_by(one(units.ANGLE, NOT_NEGATIVE)))
+    stop_back: Any = field(default=None, metadata=read_by(one(units.ANGLE, NOT_NEGATIVE)))
     stop_stiffness: Any = field(default=None, metadata=read_by(one(units.TORSIONAL_STIFFNESS, POSITIVE)))
     stop_damping: Any = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
 
@@ -338,9 +341,9 @@ class Shaft:
         object.__setattr__(self, "name", self.name or JOINED["shaft"].join(self.between))
         if (self.stop is None) != (self.stop_stiffness is None):
             raise InputError("stop_stiffness", "must be given with stop, and only with it", self.stop_stiffness)
-        if self.stop is None and self.stop_damping:
-            raise InputError("stop_damping", "must be left out without stop", self.stop_damping,
-                             "It has no effect.")
+        for name in ("stop_back", "stop_damping") if self.stop is None else ():
+            if value := getattr(self, name):
+                raise InputError(name, "must be left out without stop", value, "It has no effect.")
         if self.stiffness == 0 and self.damping:
             raise InputError("damping", "must be left out without stiffness", self.damping,
                              "It belongs to the spring and has no effect; stop_damping is that of the stops.")

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from gearchaos.gears.train.mesh import Mesh
-from gearchaos.gears.train.parts import GROUND, Body, Support, Units
+from gearchaos.gears.train.parts import GROUND, Body, Shaft, Support, Units
 from gearchaos.quantities import parameter_owner
 
 Train = Any
@@ -43,12 +43,12 @@ class Element:
     backlash: float = 0.0
     ahead: float = 0.0  # where pins of planets do not stand where they should
     mesh: Mesh | None = None
-    stops: bool = False
+    stops: Shaft | None = None
 
     @property
     def contact(self) -> bool:
         """Whether it pushes in contact alone."""
-        return self.mesh is not None or self.stops
+        return self.mesh is not None or self.stops is not None
 
 
 class Structure:
@@ -72,7 +72,7 @@ class Structure:
                 self.springs.append(Element(shaft.name, row, prescribed, shaft.name, shaft.stiffness, shaft.damping))
             if shaft.stop is not None:
                 self.contacts.append(Element(shaft.name, row, prescribed, shaft.name, shaft.stop_stiffness,
-                                             shaft.stop_damping, 2 * shaft.stop, stops=True))
+                                             shaft.stop_damping, stops=shaft))
         for body in train.bodies:
             held: Support | None = body.support or body.pin
             if held is not None:
