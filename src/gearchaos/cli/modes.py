@@ -92,8 +92,9 @@ def print_modes(dataset: xr.Dataset) -> None:
     if not elastic:
         print("no mode deflects anything")
         return
-    met = [f"{f'that of {name} ' * (len(meshes) > 1)}at {60 * elastic[0] / order:.5g} rpm" for order, name in meshes.items()]
-    print_wrapped(f"lowest natural frequency {elastic[0]:.5g} Hz, met by the mesh frequency{':' * (len(meshes) > 1)} "
+    many = len(meshes) > 1
+    met = [f"{f'that of {name} ' * many}at {60 * elastic[0] / order:.5g} rpm" for order, name in meshes.items()]
+    print_wrapped(f"lowest natural frequency {elastic[0]:.5g} Hz, met by the mesh frequency{':' * many} "
                   f"{', '.join(met)} of {content['first_body']}; all meshes in contact at their mean stiffnesses")
     table = plain_table("mode", "Hz", "ζ", "met at rpm", "energy in", "moves most", left=("energy in", "moves most"))
     for number, mode in enumerate(content["modes"], 1):
