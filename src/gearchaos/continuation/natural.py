@@ -15,8 +15,8 @@ import numpy as np
 
 from gearchaos.continuation.events import BORDER_COLLISION, FOLD, GRAZE, PITCHFORK, critical_event
 from gearchaos.dynamics.orbits import minimal_period, polish
-from gearchaos.dynamics.response import compute_response, largest_deflection
-from gearchaos.flow import ExactFlow, Measure
+from gearchaos.dynamics.response import Deflections, compute_response
+from gearchaos.flow import ExactFlow
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates, switched_system
 
@@ -109,9 +109,10 @@ class Follower:
         found = polish(flow, np.ascontiguousarray(w), points, period, reach=2 * _REACH)
         state = np.ascontiguousarray(np.where(np.isfinite(found.w), found.w, w))
         measures = flow.advance(state, period, points=points, measured=True).measures
+        teeth = Deflections.of(measures)
         response, meshes = compute_response(measures, period * flow.system.period, period, flow.system.static_force)
         return Orbits(state, found.multipliers, found.converged, found.stable, response.contact.astype(int),
-                      response.dynamic_factor, measures[Measure.Z_MIN] - 1, largest_deflection(measures),
+                      response.dynamic_factor, teeth.compression, teeth.deflection,
                       meshes.mesh_contact, minimal_period(flow, state, points, period) < period)
 
     def goes_on(self, paths: Sequence[Path]) -> tuple[Orbits, np.ndarray]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from gearchaos.dynamics import orbits, time_series
-from gearchaos.dynamics.response import compute_response
+from gearchaos.dynamics.response import Deflections, compute_response
 from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.state import ClassificationState
 from gearchaos.dynamics.time_series import time_sum
@@ -173,6 +173,7 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
         duration, force = periods * state.period_length(motions), state.flow.system.static_force[state.points[motions]]
         found, meshes = compute_response(measures, duration, periods, force)
         verdicts.response.put(motions, found)
+        verdicts.deflections.put(motions, Deflections.of(measures))
         contacts = state.flow.system.contacts
         if contacts is not None and contacts.names:
             verdicts.meshes.put(motions, meshes)

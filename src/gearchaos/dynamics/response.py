@@ -185,9 +185,19 @@ class MeshResponse(Columns):
         variable="mesh_dynamic_factor")]
 
 
-def largest_deflection(measures: np.ndarray) -> np.ndarray:
-    """The largest deflection (L,) of the teeth of the first mesh on either flank, in half backlashes, by measures."""
-    return np.maximum(measures[Measure.Z_MAX], -measures[Measure.Z_MIN]) - 1
+@dataclass
+class Deflections(Columns):
+    """Extrema of the deflection of the teeth of the first mesh in L motions, each (L,), in half backlashes, over the
+    same time as those of `Response`."""
+
+    compression: Annotated[np.ndarray, Column("least one on the front flank, 0 or less where the teeth separate")]
+    deflection: Annotated[np.ndarray, Column("largest one on either flank")]
+
+    @classmethod
+    def of(cls, measures: np.ndarray) -> Deflections:
+        """Those of measures (K len(Measure), L) in the rows of `flow.Measure`."""
+        low, high = measures[Measure.Z_MIN], measures[Measure.Z_MAX]
+        return cls(low - 1, np.maximum(high, -low) - 1)
 
 
 def compute_response(

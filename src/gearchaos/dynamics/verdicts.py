@@ -11,7 +11,7 @@ from typing import Annotated
 
 import numpy as np
 
-from gearchaos.dynamics.response import MESH, MOTION, Column, Columns, MeshResponse, Response
+from gearchaos.dynamics.response import MESH, MOTION, Column, Columns, Deflections, MeshResponse, Response
 
 
 class Label(IntEnum):
@@ -152,6 +152,8 @@ class Verdicts(Columns):
         The response measures.
     meshes : MeshResponse
         Those of the K meshes of a train.
+    deflections : Deflections
+        How far the teeth of the first mesh are deflected.
 
     Examples
     --------
@@ -201,6 +203,7 @@ class Verdicts(Columns):
         "a point of the orbit, or the last state of another motion, at phase 0", dims=(COORDINATE, MOTION))]
     response: Response
     meshes: MeshResponse
+    deflections: Deflections
 
     @classmethod
     def unresolved(cls, w: np.ndarray, meshes: int = 0) -> Verdicts:

@@ -7,13 +7,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gearchaos.dynamics import Classification, Verdicts
-from gearchaos.dynamics.response import largest_deflection
+from gearchaos.dynamics import Verdicts
 from gearchaos.gears.operation.operating import gears_of
 from gearchaos.model import MeshModel
 from gearchaos.studies.core.initial_value_problems import Motions
 from gearchaos.studies.core.proportions import proportion
-from gearchaos.studies.motion.batch_classification import measured_at_end, signature
+from gearchaos.studies.motion.batch_classification import signature
 from gearchaos.studies.operation.beyond_the_teeth import TeethLimits
 from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 from gearchaos.studies.operation.severities import SEVERITIES, SUDDEN, separated
@@ -25,10 +24,10 @@ TO_AVOID = {0: "nothing to avoid", **dict(enumerate(SEVERITIES[1:], 1)),
 """The codes of ``to_avoid``: what happens in operation, then what happens after a load change alone."""
 
 
-def force_and_signature(final: Motions, found: Verdicts, settings: Classification) -> dict[str, np.ndarray]:
+def force_and_signature(final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
     """The `signature` (L,) of motions of gears by name, with what their teeth have to bear."""
-    deflection = largest_deflection(measured_at_end(final, found, settings))
-    return {**signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"], "deflection": deflection}
+    return {**signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
+            "deflection": found["deflection"]}
 
 
 def to_avoid(

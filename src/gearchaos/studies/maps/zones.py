@@ -229,7 +229,7 @@ class Zones(ClassifyingStudy):
     def distinguished(self, motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
         """The variables (L,) by which the motions of a cell are told apart, and judged where load changes are met."""
         if self.follows_load_changes:
-            return force_and_signature(motions, found, self.classification)
+            return force_and_signature(motions, found)
         return signature(motions, found)
 
     def _cells(self, cells: np.ndarray, progress: bool, threads: int | None) -> dict[str, np.ndarray]:

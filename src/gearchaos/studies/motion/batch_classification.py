@@ -113,13 +113,6 @@ class BatchClassifier:
         return number, self.collect(number, replace(motions.take(resolved), w=verdicts.w), verdicts), remaining
 
 
-def measured_at_end(motions: Motions, found: Verdicts, settings: Classification) -> np.ndarray:
-    """The measures (measures, L) of the flow for motions in the final states of the verdicts ``found``, over one period
-    of an orbit, or `Classification.averaging_periods`."""
-    periods = np.where(found.period > 0, found.period, settings.averaging_periods)
-    return motions.flow.advance(motions.w, periods, points=motions.points, measured=True).measures
-
-
 def signature(motions: Motions, found: Verdicts) -> dict[str, np.ndarray]:
     """The variables by which the motions of a cell are distinguished, and their response; arrays (L,) by name.
 

@@ -15,13 +15,11 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
-from gearchaos.dynamics.response import largest_deflection
 from gearchaos.execute import tiles
-from gearchaos.flow import Measure
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.core.initial_value_problems import Motions, initial_states, initial_value_problems
-from gearchaos.studies.motion.batch_classification import SAME_CENTRE, classify_batch, measured_at_end, signature
+from gearchaos.studies.motion.batch_classification import SAME_CENTRE, classify_batch, signature
 from gearchaos.studies.operation.known_orbits import LONGEST_ORBIT, reach
 from gearchaos.studies.operation.load_change import REVERSAL, Draw
 
@@ -151,10 +149,9 @@ def classified(
     others = np.array([i for i in order if motions[i] is None], int)
 
     def collect(_: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
-        measures = measured_at_end(final, found, settings)
         return {
             **signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
-            "compression": measures[Measure.Z_MIN] - 1, "deflection": largest_deflection(measures), "w": found.w.T,
+            "compression": found["compression"], "deflection": found["deflection"], "w": found.w.T,
             "meshes": found["mesh_contact"],
         }
 

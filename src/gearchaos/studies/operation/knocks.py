@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearchaos.dynamics import Classification, Verdicts
-from gearchaos.dynamics.response import largest_deflection
 from gearchaos.flow import ExactFlow
 from gearchaos.gears.io.units import RPM
 from gearchaos.gears.mesh.pair import GearPair
@@ -18,7 +17,7 @@ from gearchaos.gears.operation.operating import gears_of, pair_of
 from gearchaos.model import vary
 from gearchaos.model.switched import begun_at, coordinates
 from gearchaos.studies.core.initial_value_problems import Motions, initial_value_problems
-from gearchaos.studies.motion.batch_classification import classify_batch, measured_at_end
+from gearchaos.studies.motion.batch_classification import classify_batch
 from gearchaos.studies.operation.followed_motions import Criterion, FollowedMotions, Motion, brief_settings
 from gearchaos.studies.operation.known_orbits import LONGEST_ORBIT, KnownOrbit, reach
 
@@ -116,7 +115,7 @@ class Knocked:
         def collect(_: np.ndarray, final: Motions, found: Verdicts) -> dict[str, np.ndarray]:
             return {"label": found["label"], "period": found.period, "contact": found["contact"],
                     "factor": found.variables()["dynamic_factor"],
-                    "deflection": largest_deflection(measured_at_end(final, found, settings))}
+                    "deflection": found["deflection"]}
 
         if len(others):
             found = classify_batch(lambda chosen: started.take(others[chosen]), collect, np.arange(len(others)),

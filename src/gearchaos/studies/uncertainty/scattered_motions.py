@@ -10,13 +10,13 @@ import numpy as np
 
 from gearchaos.dynamics import Classification, Label, Verdicts
 from gearchaos.dynamics.initial_conditions import default_box
-from gearchaos.dynamics.response import CONTACTS, largest_deflection
+from gearchaos.dynamics.response import CONTACTS
 from gearchaos.execute import tiles
 from gearchaos.flow import OK, Measure
 from gearchaos.model.coordinates import initial_state
 from gearchaos.studies.core.initial_value_problems import Motions
 from gearchaos.studies.core.study import Results
-from gearchaos.studies.motion.batch_classification import classify_batch, measured_at_end
+from gearchaos.studies.motion.batch_classification import classify_batch
 from gearchaos.studies.operation.beyond_the_teeth import TeethLimits
 from gearchaos.studies.operation.known_orbits import LONGEST_ORBIT, KnownOrbit, reach
 from gearchaos.studies.operation.load_change import LoadChange, Meshes
@@ -150,8 +150,7 @@ class ScatteredMotions:
         def collect(number: np.ndarray, final: Motions, found: Verdicts) -> Results:
             own, of_factor = machine[number], found["dynamic_factor"]
             limits = TeethLimits(deflection[own], factor[own])
-            teeth = largest_deflection(measured_at_end(final, found, self.settings))
-            beyond = limits.exceeded(np.nan_to_num(of_factor), teeth) | (found["label"] == Label.DIVERGED)
+            beyond = limits.exceeded(np.nan_to_num(of_factor), found["deflection"]) | (found["label"] == Label.DIVERGED)
             return {"label": found["label"], "period": found.period, "contact": found["contact"], "beyond": beyond,
                     "excess": of_factor / ratio[own], "dynamic_factor": of_factor, "w": found.w.T}
 
