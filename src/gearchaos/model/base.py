@@ -24,6 +24,10 @@ class GearModel(HasCard):
         """Cycles in a period of each mesh that varies, by name, where these need not be 1."""
         return {}
 
+    def resonates(self, speed: float) -> bool:
+        """Whether an excitation may meet a natural frequency up to this speed of the first body, rpm."""
+        return True
+
     @property
     def in_words(self) -> str:
         """What it is computed as, if that is not as it was given."""

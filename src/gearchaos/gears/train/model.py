@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.io.units import SPEED, TORQUE, to_si
+from gearchaos.gears.io.units import RPM, SPEED, TORQUE, to_si
 from gearchaos.gears.train.assembly import Assembly
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.modes import modes
@@ -38,6 +38,7 @@ _VARIED = {"bodies": ("inertia", "torque", "damping"), "shafts": ("stiffness", "
 
 
 _NAMED = 3  # most faults in a sentence
+_NEAR = 0.5  # of a natural frequency: a vibration up to it exceeds the static one by a third at most
 
 
 class _Parameter(NamedTuple):
@@ -109,6 +110,13 @@ class TrainModel(GearModel):
         """The least damping ratio of its modes in contact."""
         found = modes(self.train)
         return float(found.damping_ratio[found.frequency > 0].min(initial=1.0))
+
+    def resonates(self, speed: float) -> bool:
+        """Whether an excitation comes near a natural frequency up to this speed, rpm. Stiffnesses and errors that vary
+        along the teeth have all orders; without them there are the orders of torques and motions alone."""
+        frequency, orders = modes(self.train).frequency, self.train.excitation_orders().values()
+        near = _NEAR * float(frequency[frequency > 0].min(initial=math.inf))
+        return bool(self.train.cycles or self.train.turns) or float(max(orders)) * speed * RPM > near
 
     @property
     def law(self) -> DampingLaw:

@@ -180,10 +180,15 @@ def fewer(starts: int, times: int = 1) -> int:
 
 def parts_between(model: MeshModel, low: float, high: float, spacing: float) -> int:
     """The number of parts into which two speeds are divided at first, for the damping and a largest spacing."""
-    zeta = model.zeta
-    least = 0.0 if model.mesh_names else zeta * (model.value("speed") or 0.0) / model.omega
-    step = min(max(2 * zeta / STEPS_PER_BANDWIDTH, RESOLUTION), spacing)
+    least = 0.0 if model.mesh_names else model.zeta * (model.value("speed") or 0.0) / model.omega
+    step = min(max(step_at_resonance(model, high), RESOLUTION), spacing)
     return math.ceil((high - low) / (step * max(low, least)))
+
+
+def step_at_resonance(model: MeshModel, speed: float) -> float:
+    """The largest distance of speeds at which no resonance is passed, as a share of the speed; ∞ where none is met up
+    to this speed."""
+    return 2 * model.zeta / STEPS_PER_BANDWIDTH if model.resonates(speed) else math.inf
 
 
 class FollowedMotions:

@@ -23,8 +23,8 @@ from gearchaos.studies.operation.followed_motions import (
     MOST_SPEEDS,
     OTHER,
     RESOLUTION,
-    STEPS_PER_BANDWIDTH,
     runs,
+    step_at_resonance,
 )
 from gearchaos.studies.operation.load_change import REVERSAL
 from gearchaos.studies.operation.severities import CONTACT_WORDS
@@ -142,9 +142,8 @@ def summarised(found: AtTorque) -> SpeedsToAvoid:
         classification=asdict(criteria.settings)))
     windows = _windows(found, dataset)
     coarse = [f"the search ended at {MOST_SPEEDS} speeds"] * (len(motions.speeds) >= MOST_SPEEDS)
-    zeta = model.zeta
-    if 2 * zeta / STEPS_PER_BANDWIDTH < RESOLUTION:
-        coarse.append(f"at a damping ratio of {zeta:.3g} a resonance may pass between the first speeds")
+    if step_at_resonance(model, motions.speeds[-1]) < RESOLUTION:
+        coarse.append(f"at a damping ratio of {model.zeta:.3g} a resonance may pass between the first speeds")
     return SpeedsToAvoid(
         float(torque), windows, criteria.words(found.ratio), found.ratio, dataset, _tried(found), RESOLUTION,
         "; ".join(coarse), gears.error_harmonics.source if is_design(gears) else "as given", found.limits.words,
