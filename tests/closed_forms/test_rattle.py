@@ -9,10 +9,13 @@ import pytest
 import gearchaos as gc
 from gearchaos.cli.rattle import rattle_document
 from gearchaos.dynamics import Classification
+from gearchaos.dynamics.orbits import tangent_frame
 from gearchaos.errors import InputError
+from gearchaos.flow import Measure
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.studies.core.axis import Axis
-from gearchaos.studies.core.initial_value_problems import PERIODS_PER_VALUE
+from gearchaos.studies.core.initial_value_problems import PERIODS_PER_VALUE, initial_value_problems
+from gearchaos.studies.operation.followed_motions import parts_between
 from tests.closed_forms.linear_gears import loose_train, onset
 
 SHORT = Classification(transient_lengths=(80,), longest_period=8, exponent_run=40, doublings=0, longest_transient=0)
@@ -52,6 +55,32 @@ def test_two_orders_fall_together_at_the_instant_of_their_least_sum():
 def test_the_price_has_both_slow_sweeps():
     study = gc.Rattle(loose_train(), Axis("loose.torque", -0.2, -0.1, 3), settings=SHORT)
     assert study.cost.sequential == 2 * 3 * PERIODS_PER_VALUE and study.cost.motions == 9
+
+
+@pytest.mark.parametrize(("changed", "speed", "parts"), [
+    ({}, 2000.0, 100), ({"stiffness": {"levels": [2.1e8, 1.9e8], "starts": [0.0, 0.5]}}, 2000.0, 200),
+    ({"error_amplitudes": [1e-7]}, 2000.0, 200), ({"eccentricity": [1e-6, 0]}, 2000.0, 200), ({}, 80e3, 200)])
+def test_speeds_are_close_where_an_excitation_may_meet_a_resonance(changed, speed, parts):
+    model = as_model(loose_train(**changed))  # at 2000 rpm the order 2 is at 67 Hz, the natural frequency 4530 Hz
+    assert parts_between(model, speed / 2, speed, 0.01) == parts
+
+
+@pytest.mark.parametrize("miss", [1e-7, -1e-7])
+def test_a_throw_is_a_parabola_and_no_touch_of_the_back_flank_is_passed_over(miss):
+    flow = initial_value_problems(as_model(loose_train(motion=(), speed=300.0))).flow
+    fall, until = flow.system.f0[0, 1], np.linspace(10.0, 100.0, 61)  # the turning point
+    w = np.stack([miss - 1 + fall * until**2 / 2, -fall * until])
+    plain, measured, beside = (flow.advance(w, 1, points=np.zeros(61, int), **options) for options in (
+        {}, {"measured": True}, {"tangent": tangent_frame(2, 61)}))
+    least, touched = measured.measures[Measure.Z_MIN] + 1, measured.measures[Measure.BACK_TIME] > 0
+    assert not flow.system.A[0, 1].any() and touched.all() == touched.any() == (miss < 0)
+    assert least == pytest.approx(miss, abs=1e-13) if miss > 0 else (least < 0).all() and (least > miss).all()
+    assert np.abs(plain.w - measured.w).max() < 1e-11 and np.abs(plain.w - beside.w).max() < 1e-11
+
+
+def test_the_exponents_of_a_rattling_wheel_sum_to_its_mean_trace():
+    found = gc.regime(loose_train(wheel={"torque": -0.05}), settings=SHORT)
+    assert found.contact == "two-sided" and found.trace_error < 1e-11
 
 
 def stepped(level: float, torques: str) -> Any:

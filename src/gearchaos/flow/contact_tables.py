@@ -10,13 +10,16 @@ from gearchaos.flow.kernels.several.contact_arrays import OFFSETS, ContactPoints
 from gearchaos.flow.kernels.vector.arrays import aligned, dimensions
 from gearchaos.flow.kernels.vector.constants import WIDTH
 from gearchaos.flow.step_tables import orthonormalisations
-from gearchaos.flow.system import SwitchedSystem, min_steps_per_period
+from gearchaos.flow.system import SwitchedSystem, fastest_rate, min_steps_per_period, rate_in_flight
 
 _MEMORY = 128 << 20  # bytes of step tables and matrices that are kept for points
 _SETS = 6  # contact sets for which there is room at each step on the average; when it is used up it is used anew
 _LARGEST = 2 << 30  # bytes of the matrices of one point, of many coordinates and a long period
 MOST_UNROLLED = 8
 """Most coordinates for which kernels are compiled by themselves, 1.2 to 1.7 times faster: it took minutes for 24."""
+
+_LONGEST_LEAP, _SHORTEST_LEAP = 16, 8
+"""Steps that free flight takes as one. The longest leap saves the most where a flank is met every few hundred steps."""
 
 _SAME_INSTANT = 1e-12  # a sample and a change of stiffness that are closer, as fractions of the period, coincide
 
@@ -59,14 +62,24 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         integral, rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
         contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), sides, edges,
         stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
-        np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)),
+        np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
-    steps, sizes = int(counts.sum(axis=1).max()), (d, len(contacts.sides), len(rows))
+    steps, sizes = counts.sum(axis=1), (d, len(contacts.sides), len(rows))
+    both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
     few, more = (sum(array.nbytes for array in new_tables(1, 1, n, *sizes)) for n in (1, 2))
-    entries = min(steps * _SETS, _LARGEST // (more - few))
-    one = new_tables(1, steps, entries, *sizes)
+    entries = min(both * _SETS, _LARGEST // (more - few))
+    one = new_tables(1, both, entries, *sizes)
     places = min(points, max(1, _MEMORY // sum(array.nbytes for array in one)))
-    return found, new_tables(places, steps, entries, *sizes)
+    return found, new_tables(places, both, entries, *sizes)
+
+
+def _spans(system: SwitchedSystem) -> np.ndarray:
+    """The steps of a leap (P,): 1, but of one mesh with one spring on each flank, which may fly for thousands."""
+    if system.dimension != 2 or len(system.contacts.sides) != 2:
+        return np.ones(len(system.omega), np.int64)
+    longest = fastest_rate(system) / rate_in_flight(system)
+    span = 2 ** np.log2(np.clip(longest, 1, _LONGEST_LEAP)).astype(np.int64)
+    return np.where(span < _SHORTEST_LEAP, 1, span)
 
 
 def _split(edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -170,13 +170,18 @@ def fastest_rate(system: SwitchedSystem) -> np.ndarray:
         damped = several.damping * several.in_contact
         forces = several.stiffest[..., None] * several.rows + damped[..., None] * several.rates  # (P, K, d)
         contact = system.A - np.einsum("pki,pkj->pij", several.pushes, forces)
-        highest = several.orders.max(initial=1)
     else:
         contact = _damped(system)
         contact[:, :, 0] -= system.b * stiffness_bound(system)[:, None]
-        highest = max(system.f_cos.shape[1], system.chi_cos.shape[1], 1)
-    modes = np.maximum(_spectral_radius(system.A), _spectral_radius(contact))
-    return np.maximum(modes, highest * system.omega)
+    return np.maximum(rate_in_flight(system), _spectral_radius(contact))
+
+
+def rate_in_flight(system: SwitchedSystem) -> np.ndarray:
+    """The `fastest_rate` (P,) without contact."""
+    several = system.contacts
+    highest = max(system.f_cos.shape[1], system.chi_cos.shape[1], 1) if several is None else several.orders.max(
+        initial=1)
+    return np.maximum(_spectral_radius(system.A), highest * system.omega)
 
 
 def min_steps_per_period(system: SwitchedSystem) -> np.ndarray:

@@ -116,7 +116,7 @@ class TrainModel(GearModel):
         along the teeth have all orders; without them there are the orders of torques and motions alone."""
         frequency, orders = modes(self.train).frequency, self.train.excitation_orders().values()
         near = _NEAR * float(frequency[frequency > 0].min(initial=math.inf))
-        return bool(self.train.cycles or self.train.turns) or float(max(orders)) * speed * RPM > near
+        return bool(self.train.cycles) or float(max(orders)) * speed * RPM > near
 
     @property
     def law(self) -> DampingLaw:

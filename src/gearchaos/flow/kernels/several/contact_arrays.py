@@ -20,7 +20,7 @@ from gearchaos.flow.kernels.vector.constants import ORDER, WIDTH
 from gearchaos.flow.kernels.vector.measure import Measure
 
 OFFSETS = 3  # coefficients of an offset
-BUCKETS = 512  # of the table in which the matrices of a step and a contact set are found
+BUCKETS = 2048  # of the table in which the matrices of a step and a contact set are found
 TERMS = 2 * WIDTH  # places of a polynomial of degree `ORDER`
 CLEAR = 4  # numbers of a mesh, before those of each coordinate, that `contact_sets.add_set` writes
 
@@ -50,6 +50,7 @@ class ContactPoints(NamedTuple):
     counts: np.ndarray  # (P, N) int, steps on each piece
     sample: np.ndarray  # (N,) int, index of the sample at the start of a piece, or -1
     orthonormalise_every: np.ndarray  # (P,) int, steps between two orthonormalisations
+    span: np.ndarray  # (P,) int, steps of free flight that are taken as one, a *leap*; 1 for no leaps
     velocity: np.ndarray  # (P, d) the measured velocity: velocity·w + velocity0 + its harmonics
     velocity0: np.ndarray  # (P,)
     velocity_cos: np.ndarray  # (P, H)
@@ -57,7 +58,10 @@ class ContactPoints(NamedTuple):
 
 
 class StepTables(NamedTuple):
-    """The steps of points and the matrices of contact sets met so far, in S places with Q steps and E entries each."""
+    """The steps of points and the matrices of contact sets met so far, in S places with Q steps and E entries each.
+
+    Behind the steps of a period stand its leaps, described as steps are.
+    """
 
     point: np.ndarray  # (S,) int, the point whose steps are in a place; -1 for none
     steps: np.ndarray  # (S,) int
@@ -66,7 +70,9 @@ class StepTables(NamedTuple):
     sample: np.ndarray  # (S, Q) int, index of the sample at the start of the step, or -1
     present: np.ndarray  # (S, Q) int, the contacts that can close, one bit each
     anew: np.ndarray  # (S, Q) int, those that begin with the step, or whose offset jumps there
-    pause: np.ndarray  # (S, Q) int, 1 where other contacts are present than before, some begin, or a sample is taken
+    pause: np.ndarray  # (S, Q) int, 1 where other contacts are present than before, some begin, or a sample is taken;
+    #                    2 at other steps with which a leap begins
+    leap: np.ndarray  # (S, Q) int, the leap that begins with a step; -1 for none
     stiffness: np.ndarray  # (S, Q, M)
     offset: np.ndarray  # (S, Q, OFFSETS, V WIDTH) coefficients in s, from 0 to 1 on the step; M contacts in V vectors
     force: np.ndarray  # (S, Q, ORDER + 1, d)
@@ -113,7 +119,7 @@ def new_tables(places: int, steps: int, entries: int, d: int, m: int, k: int) ->
 
     return StepTables(
         whole(), whole(), real(steps), real(steps), whole(steps), whole(steps), whole(steps), whole(steps),
-        real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH), real(steps, ORDER + 1, d),
+        whole(steps), real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH), real(steps, ORDER + 1, d),
         real(steps, ORDER + 1), whole(), whole(entries), whole(entries), whole(entries), whole(entries), whole(BUCKETS),
         real(entries, d + 1, d),
         aligned(places, entries, _groups(d), ORDER + 1, WIDTH), aligned(places, entries, k + 1, d + 1, TERMS),

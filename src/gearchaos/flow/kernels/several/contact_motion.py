@@ -1,6 +1,7 @@
 """Motion with several one-sided contacts: step by step, and where contact may change from switch to switch.
 
-A step is affine as long as the contact set stays. It is *resolved* where a gap may vanish: see `contact_switches`.
+A step is affine as long as the contact set stays. It is *resolved* where a gap may vanish: see `contact_switches`. Free
+flight far from both flanks takes many steps as one, a *leap*.
 """
 
 from __future__ import annotations
@@ -66,6 +67,26 @@ def _skip_steps(points, tables, place, step, entry, w):
 
 
 @inlined
+def _measure_whole(dims, points, p, tables, place, step, entry, work):
+    """Keep a whole step to be measured, in which no contact switches."""
+    output_series(dims, tables.outputs[place, entry], work.w, work.outputs, True)
+    closed = tables.closed[place, entry]
+    keep_segment(points, p, tables, place, step, 0.0, 1.0, closed, closed, work)
+
+
+@inlined
+def _leap(dims, points, p, tables, place, leap, measuring, work):
+    """Find the state after a leap, unless a contact may close in it; returns its entry, or −1."""
+    entry = find_set(dims, points, p, tables, place, leap, 0, work)
+    after_step(dims, tables.matrix[place, entry], work.w, work.after)
+    if not _stays(dims, points, tables.clear[place, entry], work.w, work.after):
+        return -1
+    if measuring:
+        _measure_whole(dims, points, p, tables, place, leap, entry, work)
+    return entry
+
+
+@inlined
 def _advance_tangents(dims, matrix, tangents, moved):
     """Advance tangent vectors (T, d) over a step; ``moved`` (d,) is memory."""
     for c in range(len(tangents)):
@@ -121,28 +142,33 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
             entry = entry if closed == before else -1
             if len(call.samples) > 0 and tables.sample[place, step] >= 0:
                 _sample(dims, points, call.samples[period, tables.sample[place, step]], lane, closed, work.w)
-        following = -1 if entry < 0 else tables.follows[place, entry]
-        if following < 0:
-            following = find_set(dims, points, p, tables, place, step, closed, work)
-            if entry >= 0 and tables.step[place, entry] == step - 1 and tables.closed[place, entry] == closed:
-                tables.follows[place, entry] = following
-        entry = following
-        after_step(dims, tables.matrix[place, entry], work.w, work.after)
-        if _stays(dims, points, tables.clear[place, entry], work.w, work.after):
-            if measuring:
-                output_series(dims, tables.outputs[place, entry], work.w, work.outputs, True)
-                keep_segment(points, p, tables, place, step, 0.0, 1.0, closed, closed, work)
+        following, taken = -1, 1
+        if d == 2 and closed == 0 and tables.leap[place, step] >= 0:
+            following = _leap(dims, points, p, tables, place, tables.leap[place, step], measuring, work)
+        if following >= 0:
+            taken = points.span[p]
         else:
-            entry, status = resolve(dims, points, p, tables, place, step, entry, measuring, work)
-            if status != OK:
-                return status
-            closed = tables.closed[place, entry]
-            after_step(dims, tables.matrix[place, entry], work.w, work.after)
+            following = -1 if entry < 0 else tables.follows[place, entry]
+            if following < 0:
+                following = find_set(dims, points, p, tables, place, step, closed, work)
+                if entry >= 0 and tables.step[place, entry] == step - 1 and tables.closed[place, entry] == closed:
+                    tables.follows[place, entry] = following
+            after_step(dims, tables.matrix[place, following], work.w, work.after)
+            if _stays(dims, points, tables.clear[place, following], work.w, work.after):
+                if measuring:
+                    _measure_whole(dims, points, p, tables, place, step, following, work)
+            else:
+                following, status = resolve(dims, points, p, tables, place, step, following, measuring, work)
+                if status != OK:
+                    return status
+                closed = tables.closed[place, following]
+                after_step(dims, tables.matrix[place, following], work.w, work.after)
         for i in range(d):
             work.w[i] = work.after[i]
-        _advance_tangents(dims, tables.matrix[place, entry], work.tangents, work.after)
-        step += 1
-        if len(call.growth) > 0 and (step == tables.steps[place] or step % every == 0):
+        _advance_tangents(dims, tables.matrix[place, following], work.tangents, work.after)
+        entry = following if taken == 1 else -1
+        step += taken
+        if len(call.growth) > 0 and (step == tables.steps[place] or step // every > (step - taken) // every):
             _orthonormalise(dims, work.tangents, call.growth[period], lane)
     return OK
 

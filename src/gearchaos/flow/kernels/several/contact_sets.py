@@ -35,17 +35,20 @@ def _add_harmonics(points, angle, turn, cos_amplitudes, sin_amplitudes, series):
 
 
 @subroutine
-def fill_steps(dims, points, p, tables, place, work):
-    """Write the steps of point p to a place of the tables, without what depends on contact sets."""
-    tables.point[place], tables.entries[place] = p, 0
-    tables.bucket[place, :] = -1
-    step, series = 0, work.shifted
+def _fill_rows(dims, points, p, tables, place, step, span, work):
+    """Write the steps of point p to a place of the tables, from row ``step`` on, or the leaps of so many steps; returns
+    the row after them."""
+    first, series = 0, work.shifted
     for n in range(len(points.sample)):
         length, count = points.edges[p, n + 1] - points.edges[p, n], points.counts[p, n]
         if length <= _LEAST_PIECE:
             continue
-        share = length / count
-        for i in range(count):
+        share = span * (length / count)
+        for i in range(count // span):
+            if span > 1:
+                begins = first + i * span
+                tables.leap[place, begins] = step
+                tables.pause[place, begins] = 1 if tables.pause[place, begins] == 1 else 2
             tables.sample[place, step] = points.sample[n] if i == 0 else -1
             tables.phase[place, step] = points.edges[p, n] + i * share
             tables.duration[place, step] = TWO_PI / points.omega[p] * share
@@ -77,7 +80,19 @@ def fill_steps(dims, points, p, tables, place, work):
             velocity[0] = points.velocity0[p]
             _add_harmonics(points, angle, turn, points.velocity_cos[p], points.velocity_sin[p], velocity)
             step += 1
-    tables.steps[place] = step
+        first += count
+    return step
+
+
+@subroutine
+def fill_steps(dims, points, p, tables, place, work):
+    """Write the steps of point p and its leaps to a place of the tables, without what depends on contact sets."""
+    tables.point[place], tables.entries[place] = p, 0
+    tables.bucket[place, :] = -1
+    tables.leap[place, :] = -1
+    tables.steps[place] = _fill_rows(dims, points, p, tables, place, 0, 1, work)
+    if points.span[p] > 1:
+        _fill_rows(dims, points, p, tables, place, tables.steps[place], points.span[p], work)
 
 
 @inlined
