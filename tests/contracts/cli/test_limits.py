@@ -161,6 +161,12 @@ class _Work:
     def smaller(self, share):
         return (self.choice, self.thinned(share)) if self.choice else None
 
+    def needed(self, found):
+        return 1.0
+
+    def tells(self, found):
+        return True
+
     def run(self, threads=None):
         self.clock.runs.append(self.motions)
         self.clock.now += 10 * (len(self.clock.runs) == 1) + 0.005 * self.motions

@@ -25,8 +25,9 @@ _TRIAL = 0.7
 _FIRST, _LARGEST = 1 / 1024, 0.1
 """Share of the work that the first trial does, and from which no further one follows."""
 
-_GROWTH, _MORE = 16.0, 1.2
-"""Largest growth of the share from one trial to the next, and the time of the next, as a multiple of the least one."""
+_GROWTH, _UNTOLD_GROWTH, _MORE = 16.0, 4.0, 1.2
+"""Largest growth of the share from one trial to the next, that after a trial which does not tell enough, and the time of
+the next, as a multiple of the least one."""
 
 _SOON = 0.5
 """A work of which even a small trial shows that it takes less than this part of `TOLD_SECONDS` is not tried further."""
@@ -45,6 +46,13 @@ class Priced(Protocol):
     def smaller(self, share: float) -> tuple[str, Self] | None:
         """About this share of the work with the words by which a user asks for it; None where nothing is smaller."""
 
+    def needed(self, found: Any) -> float:
+        """The share of the bound that the whole needs, as far as what this part has found tells; 1 if that is not
+        told."""
+
+    def tells(self, found: Any) -> bool:
+        """Whether what this part has found is enough to go by, if it took long enough."""
+
     def run(self, *, threads: int | None = None) -> Any:
         """Do the work."""
 
@@ -54,19 +62,21 @@ def price(work: Priced, threads: int | None = None) -> float:
     that the whole is soon done.
 
     A part before them loads the kernels. A trial measures both the rate of this machine and how soon motions of this
-    model are known; the ratio of the work to its part is that of the upper bounds of both.
+    model are known; the ratio of the work to its part is that of the upper bounds of both, as far as it is `needed`.
     """
     work.thinned(0.0).run(threads=threads)
     share, bound = _FIRST, work.cost.seconds(threads)
     while True:
         part = work.thinned(share)
         begun, spent = time.perf_counter(), time.process_time()
-        part.run(threads=threads)
+        found = part.run(threads=threads)
         took, spent = time.perf_counter() - begun, time.process_time() - spent
-        seconds = took * bound / part.cost.seconds(threads)
-        if spent >= _TRIAL or share >= _LARGEST or seconds < _SOON * TOLD_SECONDS:
+        seconds = took * bound / part.cost.seconds(threads) * part.needed(found)
+        if (spent >= _TRIAL and part.tells(found)) or share >= _LARGEST or seconds < _SOON * TOLD_SECONDS:
             return seconds
-        share *= min(_GROWTH, _MORE * _TRIAL / max(spent, 1e-3))
+        done = max(share, part.cost.seconds(threads) / bound)
+        share = min(_LARGEST, _UNTOLD_GROWTH * done) if spent >= _TRIAL else done * min(
+            _GROWTH, _MORE * _TRIAL / max(spent, 1e-3))
 
 
 def announce(work: Priced, progress: bool = True, threads: int | None = None) -> None:

@@ -165,6 +165,14 @@ class Study(HasCard, ABC):
             for name, axis in zip(self.axis_fields, self.axes, strict=True)}
         return replace(self, **fewer)
 
+    def needed(self, found: Any) -> float:
+        """All of the bound."""
+        return 1.0
+
+    def tells(self, found: Any) -> bool:
+        """Always: its parts are alike."""
+        return True
+
     def smaller(self, share: float) -> tuple[str, Self] | None:
         """`thinned` with the words by which a user asks for it; None where nothing is smaller."""
         less = self.thinned(share)

@@ -31,7 +31,7 @@ _MOMENT = 2000  # motions that are classified in about a second, without a bar; 
 MOST_SPEEDS = 4000  # most speeds that are computed
 RESOLUTION = 0.005  # share of the speed to which edges and peaks are located
 _FEWER = 8  # as many times fewer random states where a motion to be avoided is known, and again if it does not repeat
-_WITHIN = 0.01  # largest distance of speeds amid motions to be avoided, as a share of the speed
+WITHIN = 0.01  # largest distance of speeds amid motions to be avoided, as a share of the speed
 _NEXT_TO_END = 4  # speeds of a range to avoid, next to each of its ends, with as many random states as elsewhere
 STEPS_PER_BANDWIDTH = 4
 """Least number of the first speeds in the half-power bandwidth of a resonance, 2ζ of its speed for each order."""
@@ -236,7 +236,7 @@ class FollowedMotions:
 
         Of the others there are as many equidistant ones between two as resonances of the damping ask for; next to a
         speed without a motion to be avoided they are no further apart than the ``spacing``, as a share of the speed,
-        elsewhere than `_WITHIN`, since a range in which every motion keeps contact may lie between. Resonances have the
+        elsewhere than `WITHIN`, since a range in which every motion keeps contact may lie between. Resonances have the
         same relative width at 1/n of the natural frequency for every n. Where ω < ζ a vibration is over within a mesh
         period: none of them stands out.
         ``limit`` is that of the dynamic factor.
@@ -245,7 +245,7 @@ class FollowedMotions:
         more = list[float]()
         for low, high in pairwise(self.speeds):
             free = not all(any(map(criterion, self.at[end])) for end in (low, high))
-            more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else _WITHIN) + 1)[
+            more += np.linspace(low, high, parts_between(self.model, low, high, spacing if free else WITHIN) + 1)[
                 1:-1].tolist()
         yield from self.add_random(more, criterion, starts, (seed, 1))
         yield from self.refine(criterion, limit)

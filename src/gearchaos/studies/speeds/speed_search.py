@@ -25,6 +25,7 @@ from gearchaos.studies.operation.beyond_the_teeth import TeethLimits
 from gearchaos.studies.operation.followed_motions import (
     MOST_SEVERE,
     MOST_SPEEDS,
+    WITHIN,
     FollowedMotions,
     Motion,
     brief_settings,
@@ -39,6 +40,8 @@ from gearchaos.studies.speeds.criteria import Criteria
 from gearchaos.studies.speeds.speed_windows import Jump
 
 _TRIAL_SPEEDS = 4  # least number of speeds at which a trial of a search looks for motions, at each torque
+_UNLIKE_SPEEDS = 12  # least number of them where motions differ in kind
+_IRREGULAR = 100  # states that take as long as one from which a motion to avoid does not repeat
 _MOST_DEFLECTION = DIVERGED_AT / 100  # in half backlashes at rest; motions about a larger one may count as diverged
 _MOST_RETURNS = 4  # times that the search goes on from motions that were lost
 
@@ -156,8 +159,11 @@ class SpeedSearch:
     @property
     def _count(self) -> int:
         """The number of speeds at which motions from random states are looked for where none is to be avoided."""
-        return self.trial or sum(parts_between(self.model, low, high, self.criteria.spacing)
-                                 for low, high in pairwise(self.axis.values.tolist()))
+        return self.trial or sum(self._parts(self.criteria.spacing))
+
+    def _parts(self, spacing: float) -> list[int]:
+        """The numbers of speeds from each of those given to the next, with this largest distance."""
+        return [parts_between(self.model, low, high, spacing) for low, high in pairwise(self.axis.values.tolist())]
 
     @cached_property
     def cost(self) -> Cost:
@@ -199,14 +205,32 @@ class SpeedSearch:
         words = f"{starts} states at each speed (assess --starts {starts})"
         return words, replace(self, criteria=replace(self.criteria, starts=starts))
 
+    def tells(self, found: list[AtTorque]) -> bool:
+        """Whether the motions are of one kind at all speeds, or there are speeds enough to say how many are of each."""
+        kinds = [{(each.criterion(m) > 0, m.period > 0) for m in motions} for each in found
+                 for motions in each.motions.at.values()]
+        return len(kinds) >= _UNLIKE_SPEEDS or all(kind == kinds[0] for kind in kinds)
+
+    def needed(self, found: list[AtTorque]) -> float:
+        """Speeds amid motions to avoid are `WITHIN` of each other, and not as close as elsewhere."""
+        rarer = sum(self._parts(WITHIN)) / sum(self._parts(self.criteria.spacing))
+        work, needed = 0.0, 0.0
+        for each in found:
+            for speed, motions in each.motions.at.items():
+                avoided = [motion for motion in motions if each.criterion(motion)]
+                states = len(each.motions.drawn.get(speed, ())) + _IRREGULAR * any(not m.period for m in avoided) + 1
+                work, needed = work + states, needed + states * (rarer if avoided else 1.0)
+        return needed / work
+
     def run(self, *, progress: bool = False, threads: int | None = None) -> list[AtTorque]:
         """What is found at each torque."""
         if not self.trial:
             return search_torques(self.model, self.axis.values.tolist(), self.torques, self.criteria,
                                   progress=progress, threads=threads)
         shares, criteria = (np.arange(self.trial) + 0.5) / self.trial, self.criteria
+        ends = np.cumsum([0, *self._parts(criteria.spacing)])
+        speeds = np.interp(shares * ends[-1], ends, self.axis.values).tolist()
         at = [_at_torque(self.model, torque, criteria) for torque in self.torques]
-        speeds = (self.axis.start + shares * (self.axis.stop - self.axis.start)).tolist()
         side_by_side([each.motions.add_random(speeds, each.criterion, criteria.starts, (criteria.seed,))
                       for each in at], self.model, criteria.settings, threads=threads)
         return at
