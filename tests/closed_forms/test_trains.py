@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
+from gearchaos.dynamics import Classification
+from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
@@ -173,6 +175,28 @@ def test_a_mesh_and_the_turns_of_its_wheels_stay_in_their_ratio():
         "turn of motor in motor/wheel", "mesh motor/wheel", "mesh wheel/load"))
     assert first == 20 * turn and bent.turns == {"motor": int(turn / bent.base_order)}
     assert 0 < abs(float(second / first) * 41 / 19 - 1) < 0.04
+
+
+def test_runs_over_long_periods_have_about_as_many_mesh_cycles():
+    given = Classification()
+    assert given.over(16) is given
+    assert given.over(160) == Classification(transient_lengths=(8, 8, 16, 32, 64), longest_period=6, exponent_run=25,
+                                             longest_transient=1000, averaging_periods=10)
+    assert given.over(100_000) == Classification(transient_lengths=5 * (3,), longest_period=1, exponent_run=21,
+                                                 longest_transient=2, averaging_periods=1)
+
+
+def test_a_train_of_a_long_period_repeats_as_longer_runs_say():
+    train = gc.Train(speed=3000.0, bodies=[
+        gc.Body(name="motor", inertia=1e-2, torque=20.0), gc.Body(name="wheel", inertia=2e-3),
+        gc.Body(name="load", inertia=4e-1, torque=-20.0 * 61 / 20 * 73 / 19)],
+        meshes=[mesh(*ends, *teeth, stiffness=3e8, error_amplitudes=[5e-7]) for ends, teeth in (
+            (("motor", "wheel"), (20, 61)), (("wheel", "load"), (19, 73)))])
+    brief, full = gc.regime(train), gc.regime(train, settings=SINGLE_MOTION)
+    assert train.cycles == {"motor/wheel": 61, "wheel/load": 19} and brief.label == full.label == "1T"
+    assert brief.periods_spent == 21 < full.periods_spent
+    assert brief.dynamic_factor == pytest.approx(full.dynamic_factor, rel=1e-9)
+    assert gc.Zones(as_model(train), "speed=1000:2000:2", "torque=10:20:2").classification.longest_period == 17
 
 
 def test_results_of_one_motion_do_not_depend_on_others():

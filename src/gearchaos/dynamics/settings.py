@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from gearchaos.errors import InputError, whole_number
@@ -70,6 +70,22 @@ class Classification:
                 "classification.exponent_run", f"must be at most {_MAX_PERIODS:,} periods after all doublings",
                 f"{self.exponent_run} x 2^{self.doublings}", "Lower classification.doublings.")
 
+    def over(self, cycles: int) -> Classification:
+        """These settings where a period has so many mesh cycles: of more than `_CYCLES` the runs have as many periods
+        less, but no fewer than they need. A vibration decays within cycles, however many of them have a period."""
+        parts = cycles / _CYCLES
+        if parts <= 1:
+            return self
+        longest = max(1, round(self.longest_period / parts))
+
+        def shorter(periods: int, least: int) -> int:
+            return min(periods, max(least, round(periods / parts)))
+
+        return replace(
+            self, transient_lengths=tuple(shorter(n, max(3, longest + 1)) for n in self.transient_lengths),
+            longest_period=longest, exponent_run=shorter(self.exponent_run, max(21, longest + 1)),
+            longest_transient=shorter(self.longest_transient, 0), averaging_periods=shorter(self.averaging_periods, 1))
+
     @property
     def max_periods(self) -> int:
         """Upper bound of the mesh periods computed for one motion: transient runs, exponent runs before and after the
@@ -77,6 +93,9 @@ class Classification:
         runs = self.exponent_run * (2 ** (self.doublings + 1) - 1)
         return sum(self.transient_lengths) + 2 * runs + self.longest_transient + self.averaging_periods
 
+
+_CYCLES = 16
+"""Most mesh cycles in a period of which runs are not shortened."""
 
 _MAX_PERIODS = 10_000_000
 _RANGES = {

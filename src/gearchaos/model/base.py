@@ -24,6 +24,11 @@ class GearModel(HasCard):
         """Cycles in a period of each mesh that varies, by name, where these need not be 1."""
         return {}
 
+    @property
+    def most_cycles(self) -> int:
+        """Those of the mesh that has the most; 1 where none varies."""
+        return max(self.cycles.values(), default=1)
+
     def resonates(self, speed: float) -> bool:
         """Whether an excitation may meet a natural frequency up to this speed of the first body, rpm."""
         return True

@@ -26,8 +26,8 @@ _FIRST, _LARGEST = 1 / 1024, 0.1
 """Share of the work that the first trial does, and from which no further one follows."""
 
 _GROWTH, _UNTOLD_GROWTH, _MORE = 16.0, 4.0, 1.2
-"""Largest growth of the share from one trial to the next, that after a trial which does not tell enough, and the time of
-the next, as a multiple of the least one."""
+"""Largest growth of the share from one trial to the next, that after a trial which does not tell enough, and the
+time of the next, as a multiple of the least one."""
 
 _SOON = 0.5
 """A work of which even a small trial shows that it takes less than this part of `TOLD_SECONDS` is not tried further."""

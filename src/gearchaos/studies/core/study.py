@@ -292,7 +292,7 @@ class ClassifyingStudy(Study):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._set(settings=as_settings(self.settings) or self.default_settings)
+        self._set(settings=as_settings(self.settings) or self.default_settings.over(self.model.most_cycles))
 
     @property
     def classification(self) -> Classification:

@@ -212,10 +212,6 @@ def assess(
         _check_load(given)
     width = len(torques) * math.log(max(axis.stop / max(axis.start, 1e-3 * axis.stop), 1))
     number, spaced, longest = next(each[1:] for each in _EFFORTS if width <= each[0])
-    criteria = Criteria.checked(
-        number if starts is None else starts, spaced if spacing is None else spacing, seed,
-        settings or Classification(longest_transient=longest), factor=factor, root_stress=root_stress,
-        load_change=load_change, wide=wide, knocks=knocks)
     like_teeth = is_design(gears) and gears.turning
     if is_design(gears):
         gears = loaded(gears, torques[0])
@@ -224,6 +220,10 @@ def assess(
         {"speed": axis.start} | ({} if torques[0] is None else {"torque": torques[0]}))
     own = None if base.mesh_names else base.value("torque")
     _check_load(own)
+    criteria = Criteria.checked(
+        number if starts is None else starts, spaced if spacing is None else spacing, seed,
+        settings or Classification(longest_transient=longest).over(base.most_cycles),
+        factor=factor, root_stress=root_stress, load_change=load_change, wide=wide, knocks=knocks)
     search = SpeedSearch(base, axis, [own if t is None else t for t in torques], criteria)
     announce(search, progress, threads)
     found = search.run(progress=progress, threads=threads)
