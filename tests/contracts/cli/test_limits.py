@@ -197,6 +197,15 @@ def test_a_busy_machine_makes_a_price_higher_and_a_trial_no_smaller(clock, monke
     assert clock.runs == runs
 
 
+def test_a_price_is_of_what_is_needed_by_a_trial_that_tells(clock, monkeypatch):
+    monkeypatch.setattr(_Work, "needed", lambda self, found: 0.5)
+    assert prices.price(_Work(640_000, clock), 1) == pytest.approx(0.5 * 0.005 * 640_000)
+    enough, clock.runs = clock.runs[-1], []
+    monkeypatch.setattr(_Work, "tells", lambda self, found: self.motions > enough)
+    prices.price(_Work(640_000, clock), 1)
+    assert clock.runs[-1] == pytest.approx(4 * enough, rel=0.05)
+
+
 def test_a_choice_that_is_hardly_smaller_is_not_told(clock, capsys, monkeypatch):
     work = _Work(64 * 10_000, clock, "--less")
     monkeypatch.setattr(_Work, "smaller", lambda self, share: ("--less", self))

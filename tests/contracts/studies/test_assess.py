@@ -6,6 +6,7 @@ import random
 import re
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -695,7 +696,30 @@ def test_a_trial_of_a_search_is_spread_over_speeds_and_torques():
     assert trial.torques == whole.torques
     assert trial.cost.motions == pytest.approx(0.05 * whole.cost.motions, rel=0.05)
     (found,) = replace(whole.thinned(1e-3), trial=4).run()
-    assert found.motions.speeds == [937.5, 1812.5, 2687.5, 3562.5] and found.motions.drawn
+    even = 500 * 8 ** ((np.arange(4) + 0.5) / 4)  # as the speeds of the search, which are a share of the speed apart
+    assert found.motions.speeds == pytest.approx(even, rel=0.01) and found.motions.drawn
+
+
+def _found(*speeds):
+    """Of a trial: whether the motions of each speed are to be avoided, their period, and the number of states drawn."""
+    at = {i: [SimpleNamespace(avoided=avoided, period=period)] for i, (avoided, period, _) in enumerate(speeds)}
+    drawn = {i: [None] * number for i, (_, _, number) in enumerate(speeds)}
+    return [SimpleNamespace(severity=lambda m: m.avoided, motions=SimpleNamespace(at=at, drawn=drawn))]
+
+
+def test_a_trial_says_how_close_speeds_stand_in_the_whole_search():
+    search, free, regular, irregular = _search([100.0]), (0, 1, 127), (2, 2, 15), (2, 0, 2)
+    amid = search.needed(_found(regular))
+    assert amid == search.needed(_found(irregular)) == pytest.approx(0.0025 / 0.01, rel=0.1)
+    assert search.needed(_found(free)) == 1
+    assert search.needed(_found(free, regular, irregular)) == pytest.approx((128 + 119 * amid) / (128 + 119))
+
+
+def test_a_trial_of_unlike_speeds_needs_a_dozen_of_them():
+    search, free, avoided = _search([100.0]), (0, 1, 128), (2, 1, 16)
+    assert search.tells(_found(*4 * [free])) and search.tells(_found(*4 * [avoided]))
+    assert not search.tells(_found(*3 * [free], avoided)) and not search.tells(_found(avoided, (2, 0, 2)))
+    assert search.tells(_found(*11 * [free], avoided))
 
 
 def test_a_search_proposes_fewer_torques_or_states():
