@@ -704,7 +704,7 @@ def _found(*speeds):
     """Of a trial: whether the motions of each speed are to be avoided, their period, and the number of states drawn."""
     at = {i: [SimpleNamespace(avoided=avoided, period=period)] for i, (avoided, period, _) in enumerate(speeds)}
     drawn = {i: [None] * number for i, (_, _, number) in enumerate(speeds)}
-    return [SimpleNamespace(severity=lambda m: m.avoided, motions=SimpleNamespace(at=at, drawn=drawn))]
+    return [SimpleNamespace(criterion=lambda m: m.avoided, motions=SimpleNamespace(at=at, drawn=drawn))]
 
 
 def test_a_trial_says_how_close_speeds_stand_in_the_whole_search():
