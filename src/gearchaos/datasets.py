@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.doors import NotInstalledError, versions_of
 from gearchaos.dynamics import REASONS, Label, Reason, motion_name
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.errors import InputError
 from gearchaos.gears.operation.operating import gears_json, gears_of
 from gearchaos.model import STIFFNESS_KINDS, GearModel, MeshModel, TransmissionError
+from gearchaos.plugins import NotInstalledError, versions_of
 from gearchaos.proof.certificate import REASON_CODES, Proved
 from gearchaos.quantities import RESPONSES, parse, quantity
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.doors import Register, value_of
 from gearchaos.errors import InputError
 from gearchaos.files import NOT_REGULAR, check_target, write_bytes
+from gearchaos.plugins import Register, value_of
 
 if TYPE_CHECKING:
     import xarray as xr

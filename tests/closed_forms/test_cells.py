@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.continuation.cells import Cells
 from gearchaos.continuation.family import ParameterFamily
+from gearchaos.continuation.interpolation import Cells
 from gearchaos.errors import InputError
 from gearchaos.flow import PeriodEquations, SensitivityFlow, fastest_rate
 

@@ -11,8 +11,8 @@ from benchmarks.speeds_to_avoid import trial
 from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.gears.io.units import RPM
-from gearchaos.studies.operation.beside_factors import peak_root_stress
 from gearchaos.studies.operation.beyond_the_teeth import BEYOND, TeethLimits
+from gearchaos.studies.operation.factor_context import peak_root_stress
 from gearchaos.studies.operation.followed_motions import FollowedMotions, Motion, speeds_between
 from gearchaos.studies.operation.severities import CRITERION, FORCE_CRITERION
 from gearchaos.studies.speeds import speeds_to_avoid as inner

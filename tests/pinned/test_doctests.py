@@ -8,7 +8,7 @@ import matplotlib as mpl
 import pytest
 
 import gearchaos
-from gearchaos.flow import beside
+from gearchaos.flow import parallel_compilation
 
 PACKAGE = Path(gearchaos.__file__).parent
 
@@ -23,7 +23,7 @@ def modules_with_examples() -> list[str]:
 def _as_before(monkeypatch):
     """Pictures go to no screen, and no kernels are compiled beside others after the example that asks for it."""
     mpl.use("Agg")
-    monkeypatch.setattr(beside, "_allowed", False)
+    monkeypatch.setattr(parallel_compilation, "_allowed", False)
 
 
 @pytest.mark.slow

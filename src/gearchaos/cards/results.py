@@ -22,7 +22,7 @@ from gearchaos.plot.motions import first_coordinate
 from gearchaos.plot.states import UNDECIDED, attractor_colours
 from gearchaos.studies.motion.regime import Verdict, steady
 from gearchaos.studies.motion.simulate import simulate
-from gearchaos.studies.operation.beside_factors import beside_factors
+from gearchaos.studies.operation.factor_context import beside_factors
 from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts
 
 _PLANE = ("z", "z_dot")

@@ -201,23 +201,23 @@ def _write(reports: list[Report], out: Path | None, pdf: Path | None, plot: Path
 
 def _print(report: Report, every: bool) -> None:
     """Print what to do, the ranges to avoid at each torque, the jumps, and what the answer rests on."""
-    from gearchaos.datasheet import verdict
+    from gearchaos.datasheet import assessment as in_words
 
     found = report.found
-    first, *others = verdict.decision(found)
-    say_lines(f"{f'{report.name}: ' * bool(report.name)}{first}", *others, verdict.worst(found))
+    first, *others = in_words.decision(found)
+    say_lines(f"{f'{report.name}: ' * bool(report.name)}{first}", *others, in_words.worst(found))
     for at in found.at if len(found.at) <= _MOST_TABLES else ():
-        part = verdict.avoided(at, found.gears, every)
+        part = in_words.avoided(at, found.gears, every)
         print(f"\n{part.heading}")
         print_avoided(part)
         if len(found.at) > 1:
-            say_lines(f"usable: {', '.join(verdict.usable_in_words(at.usable, found.speeds)) or 'nothing'}")
+            say_lines(f"usable: {', '.join(in_words.usable_in_words(at.usable, found.speeds)) or 'nothing'}")
     print()
     if len(found.at) > _MOST_TABLES:
-        say_lines(*(f"keep out of {text}" for text in verdict.keep_out(found)),
+        say_lines(*(f"keep out of {text}" for text in in_words.keep_out(found)),
                   f"{len(found.avoid)} ranges to avoid at {len(found.at)} torques: --json or --out has all")
-    met = verdict.jumps(found)
+    met = in_words.jumps(found)
     say_lines(*met[:_MOST_JUMPS], *([f"and {len(met) - _MOST_JUMPS} more jumps"] if len(met) > _MOST_JUMPS else []),
-              verdict.sentence(verdict.tried_in_words(found)).removesuffix("."),
+              in_words.sentence(in_words.tried_in_words(found)).removesuffix("."),
               *(f"Assumed: {text}" for text in found.assumptions[:-1]))
     sys.stdout.flush()

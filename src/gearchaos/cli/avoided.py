@@ -15,7 +15,7 @@ from gearchaos.cli.output import plain_table, print_table
 from gearchaos.errors import InputError
 
 if TYPE_CHECKING:
-    from gearchaos.datasheet.verdict import Section
+    from gearchaos.datasheet.assessment import Section
 
 Factor = Annotated[
     float | None,
@@ -88,7 +88,7 @@ def say_lines(*texts: str) -> None:
 
 def print_avoided(found: Section) -> None:
     """Print the ranges to avoid, with the columns that have room, and what is said below them."""
-    from gearchaos.datasheet.verdict import NARROW
+    from gearchaos.datasheet.assessment import NARROW
 
     if found.table:
         names, *rows = (row[:NARROW] for row in found.table)

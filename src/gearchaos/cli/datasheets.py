@@ -35,7 +35,7 @@ def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
         print(end="\n" * (number > 0))
         head = [("speeds to avoid", answer.conclusion)] * (answer.speeds is None)
         if answer.speeds is not None:
-            from gearchaos.datasheet.verdict import avoided
+            from gearchaos.datasheet.assessment import avoided
 
             say_lines(*answer.decision)
             print_avoided(avoided(answer.speeds, answer.design, every))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli.output import edges_in_words, plain_table, print_table, print_wrapped, ranges
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.io.units import measured
-from gearchaos.studies.operation.beside_factors import root_in_result, words_beside
+from gearchaos.studies.operation.factor_context import root_in_result, words_beside
 from gearchaos.studies.runup.measured_runup import compared_orders, comparison_words
 from gearchaos.studies.runup.runup_jumps import GOES_ON, NOT_PERIODIC, response_peaks
 

@@ -15,8 +15,8 @@ from gearchaos.cli.errors import Commands, say
 from gearchaos.cli.gear_studies import fit, orders, runup, scatter
 from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
 from gearchaos.cli.output import PLOT_SUFFIXES, check_files, check_output, draw, print_json, save, write_certificate
-from gearchaos.doors import is_offered
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.plugins import is_offered
 
 
 def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:

@@ -29,7 +29,7 @@ from gearchaos.gears.mesh.pair import Scales
 from gearchaos.gears.operation.results import is_physical, unit_of
 from gearchaos.quantities import OPERATION, RESPONSES, VERDICTS, parse, quantity
 from gearchaos.studies.maps.cells_to_avoid import AFTER_A_LOAD_CHANGE, TO_AVOID
-from gearchaos.studies.operation.beside_factors import (
+from gearchaos.studies.operation.factor_context import (
     beside_factors,
     root_in_result,
     root_of_model,

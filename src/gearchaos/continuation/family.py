@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gearchaos.continuation.arclength import LIMITS
-from gearchaos.continuation.cells import Cell, Cells
+from gearchaos.continuation.interpolation import Cell, Cells
 from gearchaos.flow import (
     CorrectedOrbit,
     CriticalMultiplier,

@@ -105,7 +105,7 @@ class Answer:
     @property
     def decision(self) -> list[str]:
         """What to do, in sentences: the speeds to avoid in operation, those after a load change, and usable ones."""
-        from gearchaos.datasheet.verdict import decision  # here, since a datasheet alone needs none of what it loads
+        from gearchaos.datasheet.assessment import decision  # here, since a datasheet alone needs none of what it loads
         from gearchaos.studies.speeds.assess import Assessment
 
         assert self.speeds is not None
@@ -172,7 +172,7 @@ class Answer:
             model = {"model": None, "model_reason": str(error)}
         avoid: dict[str, Any] | None = None
         if self.speeds is not None:
-            from gearchaos.studies.operation.beside_factors import peak_root_stress
+            from gearchaos.studies.operation.factor_context import peak_root_stress
 
             avoid = self.speeds.document()
             for each in avoid["ranges"]:

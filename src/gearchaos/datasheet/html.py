@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gearchaos.datasheet.verdict import sentence
+from gearchaos.datasheet.assessment import sentence
 from gearchaos.errors import InputError
 
 # width of a picture in inches: its letters are of the size of the page's on a telephone, and a little larger beside

@@ -11,9 +11,9 @@ from markupsafe import Markup
 from gearchaos import plot
 from gearchaos.cards.inputs import digits, inputs_in_words
 from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.assessment import avoided
 from gearchaos.datasheet.html import environment, picture, template
 from gearchaos.datasheet.quantities import Entry
-from gearchaos.datasheet.verdict import avoided
 
 _UNITS = {"deg": "°", "kg*m^2": "kg m²"}  # units as they are printed, where that differs from their names
 

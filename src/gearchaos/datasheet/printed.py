@@ -14,8 +14,8 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 from gearchaos import plot
+from gearchaos.datasheet.assessment import Section, keep_out, scope, sentence
 from gearchaos.datasheet.report import Report, differing_inputs
-from gearchaos.datasheet.verdict import Section, keep_out, scope, sentence
 
 _PAPER = (8.27, 11.69)  # A4, in inches
 _WIDTH, _LINES = 100, 84  # characters of a line and lines of a page of text

@@ -13,9 +13,9 @@ from markupsafe import Markup
 from gearchaos import plot
 from gearchaos.cards.card import card
 from gearchaos.cards.inputs import inputs_in_words
-from gearchaos.datasheet import verdict
+from gearchaos.datasheet import assessment as in_words
+from gearchaos.datasheet.assessment import Section, avoided
 from gearchaos.datasheet.html import environment, picture, template
-from gearchaos.datasheet.verdict import Section, avoided
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.operation.operating import is_design, is_train
 from gearchaos.plot._assessment import draw_factors, height
@@ -47,7 +47,7 @@ class Report:
 
     @property
     def title(self) -> str:
-        return ": ".join(filter(None, (self.name, verdict.title(self.found.gears))))
+        return ": ".join(filter(None, (self.name, in_words.title(self.found.gears))))
 
     @property
     def matters_most(self) -> list[Changed]:
@@ -66,7 +66,7 @@ class Report:
     @property
     def answer(self) -> list[str]:
         """What to do, in words for sentences, with what it rests on."""
-        return [*verdict.decision(self.found), verdict.worst(self.found), verdict.tried_in_words(self.found)]
+        return [*in_words.decision(self.found), in_words.worst(self.found), in_words.tried_in_words(self.found)]
 
     @property
     def as_given(self) -> str:
@@ -94,8 +94,8 @@ class Report:
         yield from (avoided(at, found.gears) for at in found.at)
         yield Section.of("Usable", ("torque, N m", "speeds, with the margin either way from the middle"), [
             (f"{at.torque:.6g}", words) for at in found.at
-            for words in verdict.usable_in_words(at.usable, found.speeds)])
-        yield Section("Jumps of a slow run-up and run-down", items=verdict.jumps(found) or ["none were found"])
+            for words in in_words.usable_in_words(at.usable, found.speeds)])
+        yield Section("Jumps of a slow run-up and run-down", items=in_words.jumps(found) or ["none were found"])
         for heading, changes in (("Assumed inputs varied one at a time", self.sensitivity),
                                  ("Changes of the design that were tried, one at a time", self.improvements)):
             if changes:
@@ -110,7 +110,7 @@ class Report:
 
 def usable_share(found: Assessment) -> str:
     """The share of the speeds that is usable at all torques, and the range with the largest margin."""
-    widest = next(iter(verdict.usable_in_words(found.usable_at_all[:1], found.speeds)), "")
+    widest = next(iter(in_words.usable_in_words(found.usable_at_all[:1], found.speeds)), "")
     margin = f", with the largest margin {widest}" * bool(widest)
     operation = f", in operation {100 * found.usable_share_in_operation:.1f} %" * bool(found.at[0].load_change)
     return f"usable {100 * found.usable_share:.1f} % of the speeds{margin}{operation}"
@@ -153,8 +153,8 @@ def report_html(report: Report, against: Report | None = None) -> str:
     for number, side in enumerate(reports):
         found = side.found
         sides.append({
-            "title": side.title, "scope": verdict.scope(found), "verdict": side.answer,
-            "keep_out": verdict.keep_out(found), "changes": [*side.changes], "evidence": side.evidence,
+            "title": side.title, "scope": in_words.scope(found), "verdict": side.answer,
+            "keep_out": in_words.keep_out(found), "changes": [*side.changes], "evidence": side.evidence,
             "picture": picture(f"{number}-decision", "What to avoid and what to use", "Speeds to avoid by what happens "
                                "there, and the events at their edges. At a torque blank is usable: ± is how far the "
                                "speed may differ from the middle.", height(found), partial(plot.assessment, found),

@@ -9,8 +9,8 @@ import numpy as np
 
 from gearchaos.datasets import model_from_json
 from gearchaos.gears.io.units import measured
-from gearchaos.studies.operation.beside_factors import beside_factors
 from gearchaos.studies.operation.beyond_the_teeth import BEYOND
+from gearchaos.studies.operation.factor_context import beside_factors
 from gearchaos.studies.operation.load_change import LoadChange
 from gearchaos.studies.uncertainty.distributions import Scattered
 from gearchaos.studies.uncertainty.scatter_results import AFTER, AIMS, OUTCOMES, OUTPUTS

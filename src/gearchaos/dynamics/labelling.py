@@ -14,8 +14,8 @@ import numpy as np
 from gearchaos.dynamics import orbits, time_series
 from gearchaos.dynamics.response import Deflections, compute_response
 from gearchaos.dynamics.settings import Classification
-from gearchaos.dynamics.state import ClassificationState
 from gearchaos.dynamics.time_series import time_sum
+from gearchaos.dynamics.transients import ClassificationState
 from gearchaos.dynamics.verdicts import Label, Reason, Verdicts
 from gearchaos.flow import ExactFlow
 

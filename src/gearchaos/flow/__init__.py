@@ -5,7 +5,6 @@ The package depends on no other part of gearchaos, and deals with no gears, unit
 names exported here.
 """
 
-from gearchaos.flow.beside import compile_beside, compile_corrections
 from gearchaos.flow.exact import ExactFlow, FlowResult, StoppedError, cancel_event, combine_measures, of_meshes
 from gearchaos.flow.kernels.compilation import cache_directory, cache_is_empty, on_compile
 from gearchaos.flow.kernels.orbits.correction import Limits, Polynomials
@@ -18,6 +17,7 @@ from gearchaos.flow.kernels.orbits.orbits import (
 )
 from gearchaos.flow.kernels.vector.constants import CHATTER, DIVERGED, DIVERGED_AT, OK, WIDTH
 from gearchaos.flow.kernels.vector.measure import Measure
+from gearchaos.flow.parallel_compilation import compile_beside, compile_corrections
 from gearchaos.flow.polynomials import (
     CorrectedOrbit,
     CriticalMultiplier,

@@ -1,4 +1,4 @@
-"""Points of systems with several one-sided contacts, for the kernels; see `kernels.several.contact_arrays`."""
+"""Points of systems with several one-sided contacts, for the kernels; see `kernels.many_contacts.contact_arrays`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from gearchaos.flow.kernels.several.contact_arrays import OFFSETS, ContactPoints, StepTables, new_tables, vectors_of
+from gearchaos.flow.kernels.many_contacts.contact_arrays import (
+    OFFSETS,
+    ContactPoints,
+    StepTables,
+    new_tables,
+    vectors_of,
+)
 from gearchaos.flow.kernels.vector.arrays import aligned, dimensions
 from gearchaos.flow.kernels.vector.constants import WIDTH
 from gearchaos.flow.step_tables import orthonormalisations

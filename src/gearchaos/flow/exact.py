@@ -12,14 +12,14 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from gearchaos.flow.beside import compile_others
 from gearchaos.flow.contact_tables import contact_dimensions, prepare_contacts
-from gearchaos.flow.kernels.one_mesh.advance import advance_packs
-from gearchaos.flow.kernels.several.contact_arrays import new_contact_work
-from gearchaos.flow.kernels.several.contact_motion import advance_contact_sets
+from gearchaos.flow.kernels.many_contacts.contact_arrays import new_contact_work
+from gearchaos.flow.kernels.many_contacts.contact_motion import advance_contact_sets
+from gearchaos.flow.kernels.one_spring.advance import advance_packs
 from gearchaos.flow.kernels.vector.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.vector.constants import SLOTS, WIDTH
 from gearchaos.flow.kernels.vector.measure import FIRST, Measure
+from gearchaos.flow.parallel_compilation import compile_others
 from gearchaos.flow.step_tables import prepare_points
 from gearchaos.flow.system import SwitchedSystem, contact_states
 

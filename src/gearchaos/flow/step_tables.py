@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gearchaos.flow.kernels.one_mesh.affine import tabulate_steps
+from gearchaos.flow.kernels.one_spring.affine import tabulate_steps
 from gearchaos.flow.kernels.vector.arrays import (
     COS_SIN,
     LENGTH,

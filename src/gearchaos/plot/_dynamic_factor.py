@@ -16,7 +16,7 @@ from gearchaos.gears.dynamic_factor import standards
 from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot.axes import axis_label, draw_legend, new_axes, second_axis_below
 from gearchaos.plot.theme import INK, STROBE, adapt, adapt_style
-from gearchaos.studies.operation.beside_factors import words_beside
+from gearchaos.studies.operation.factor_context import words_beside
 
 _STANDARD_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#2f6db5", "linestyle": (0, (5, 2))}, {"color": "#a96a00", "linestyle": (0, (2, 1.5))},

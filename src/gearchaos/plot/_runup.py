@@ -16,7 +16,7 @@ from gearchaos.plot._datasets import check, keeps_data
 from gearchaos.plot._dynamic_factor import LARGE
 from gearchaos.plot.axes import axis_label, draw_legend
 from gearchaos.plot.theme import EVENT_COLOURS, INK, STROBE, adapt, event_words
-from gearchaos.studies.operation.beside_factors import words_beside
+from gearchaos.studies.operation.factor_context import words_beside
 from gearchaos.studies.runup.measured_runup import compared_orders, measured_runup, order_cut
 
 WAYS: dict[str, tuple[str, Any, str]] = {"up": (INK, "-", "speed rising"), "down": (STROBE, "--", "speed falling")}

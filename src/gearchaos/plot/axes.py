@@ -24,7 +24,7 @@ from gearchaos.gears.operation.results import unit_in
 from gearchaos.plot._datasets import figure_of
 from gearchaos.plot.theme import BACKGROUND, adapt_style, is_dark
 from gearchaos.quantities import Quantity, find
-from gearchaos.studies.operation.beside_factors import words_beside
+from gearchaos.studies.operation.factor_context import words_beside
 
 _SCALES = {"1", "delta", "omega0", "c0", "T"}  # (2.8)-(2.11); a unit made of these alone is not shown on an axis
 _FONT_SIZE = 10.0  # of the font for which widths and distances are given, in points

@@ -43,7 +43,7 @@ from gearchaos.plot.classes import (
 )
 from gearchaos.plot.theme import adapt
 from gearchaos.quantities import Rule
-from gearchaos.studies.operation.beside_factors import words_beside
+from gearchaos.studies.operation.factor_context import words_beside
 from gearchaos.validation import check_rule, to_float
 
 _CONTACT_NOTE = "1T may include separation of the teeth: see --colour contact"

@@ -16,9 +16,9 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from gearchaos.doors import NotInstalledError
 from gearchaos.errors import InputError
 from gearchaos.formats import load as load_file
+from gearchaos.plugins import NotInstalledError
 from gearchaos.store.blocks import is_written, read_tile, tiles_there
 from gearchaos.store.check import in_words, missing
 from gearchaos.store.objects import Objects

@@ -24,8 +24,8 @@ import zarr
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
 from gearchaos.datasets import PACKAGES
-from gearchaos.doors import NotInstalledError
 from gearchaos.errors import ChangedFileError, InputError
+from gearchaos.plugins import NotInstalledError
 from gearchaos.store.objects import Objects
 from gearchaos.store.record import from_record, to_record
 from gearchaos.store.tiles import Grid

@@ -13,8 +13,8 @@ from gearchaos.cli.avoided import criteria, print_avoided
 from gearchaos.cli.datasheets import print_datasheets
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.datasheet.answer import Answer, default_speeds
+from gearchaos.datasheet.assessment import at_no_speed, avoided, edges
 from gearchaos.datasheet.page import sheet_html
-from gearchaos.datasheet.verdict import at_no_speed, avoided, edges
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.dynamic_factor import standards

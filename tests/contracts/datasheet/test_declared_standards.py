@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from gearchaos.doors import declared
 from gearchaos.gears.dynamic_factor import standards
+from gearchaos.plugins import declared
 
 STANDARD = '''
 from dataclasses import dataclass

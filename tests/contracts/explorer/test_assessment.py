@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.verdict import decision, rows, usable_in_words, worst
+from gearchaos.datasheet.assessment import decision, rows, usable_in_words, worst
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.style import Units, empty_figure
 from gearchaos.explorer.core.text import from_query, to_query

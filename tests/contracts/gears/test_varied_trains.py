@@ -16,7 +16,7 @@ from gearchaos.gears.operation.operating import as_model, gears_of
 from gearchaos.model import has_effect, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
-from gearchaos.studies.operation.beside_factors import words_beside
+from gearchaos.studies.operation.factor_context import words_beside
 from gearchaos.studyfile import load_study
 from tests import ROOT
 from tests.contracts.gears.test_operating import SHORT

@@ -18,7 +18,7 @@ from filelock import FileLock
 from numba import typeof
 
 import gearchaos as gc
-from gearchaos.flow import ExactFlow, beside, exact, first_kernels, step_tables
+from gearchaos.flow import ExactFlow, exact, first_kernels, parallel_compilation, step_tables
 from gearchaos.flow.kernels import compilation
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
@@ -165,10 +165,10 @@ def test_a_process_beside_imports_nothing_from_where_it_is(monkeypatch, tmp_path
     """A file of the user's may have the name of a module that is imported."""
     (tmp_path / "platformdirs.py").write_text("open('imported', 'w')\nraise SystemExit\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    beside._start("advance", b"")
+    parallel_compilation._start("advance", b"")
     assert not (tmp_path / "imported").exists()
     monkeypatch.setattr(sys, "executable", str(tmp_path / "nowhere"))
-    beside._start("advance", b"")  # is no error
+    parallel_compilation._start("advance", b"")  # is no error
 
 
 def test_compiling_is_announced_once_for_a_kernel_with_its_subroutines_and_loading_is_not(tmp_path, monkeypatch):

@@ -18,9 +18,7 @@ import gearchaos as gc
 from gearchaos.cli.avoided import print_avoided
 from gearchaos.cli.datasheets import print_answers, print_datasheets
 from gearchaos.datasheet.answer import Answer
-from gearchaos.datasheet.printed import _lines, report_pdf
-from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
-from gearchaos.datasheet.verdict import (
+from gearchaos.datasheet.assessment import (
     avoided,
     beyond_in_words,
     decision,
@@ -32,14 +30,16 @@ from gearchaos.datasheet.verdict import (
     usable_in_words,
     worst,
 )
+from gearchaos.datasheet.printed import _lines, report_pdf
+from gearchaos.datasheet.report import Report, differing_inputs, inputs_of, report_html
 from gearchaos.errors import InputError
 from gearchaos.gears.io.units import measured
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.plot._assessment import draw_factors
 from gearchaos.plot.classes import CONTACT_CLASSES, SEVERITY_COLOURS
 from gearchaos.plot.theme import EVENT_COLOURS
-from gearchaos.studies.operation.beside_factors import peak_root_stress
 from gearchaos.studies.operation.beyond_the_teeth import BEYOND
+from gearchaos.studies.operation.factor_context import peak_root_stress
 from gearchaos.studies.operation.knocks import Knock
 from gearchaos.studies.speeds import speed_windows as windows
 from gearchaos.studies.speeds.changed_designs import Changed, assess_changes, assumptions, improvements

@@ -14,7 +14,7 @@ from gearchaos.gears.operation.operating import OperatingModel, gears_of
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import DAMPING_LAWS, KINDS, PARAMETER_PAIRS, STIFFNESS_KINDS
 from gearchaos.quantities import HARMONICS, parse_harmonic, quantity
-from gearchaos.studies.operation.beside_factors import which_mesh
+from gearchaos.studies.operation.factor_context import which_mesh
 
 _GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Operation", ("omega", "q0", "q1", "q2")),

@@ -5,7 +5,7 @@ the cache directory contains a hash of this folder and all below it. Numba does 
 the cache at the same time either: two may choose the same file name for different code, and a third would then run the
 wrong code. Therefore a lock is held while a kernel is written. Another lock is held while it is compiled: of many
 processes that start at the same time with an empty cache one compiles a kernel, and the others wait and load it. So
-processes can share the kernels of a first run among them (`flow.beside`).
+processes can share the kernels of a first run among them (`flow.parallel_compilation`).
 
 The compiler never contracts a product and a sum into one operation by itself: where they are to be rounded once, the
 code calls `simd.vfma`. So the result of a lane depends neither on the vector width of the machine nor on the other

@@ -15,8 +15,8 @@ from enum import Enum
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from gearchaos.doors import Register, declared, value_of
 from gearchaos.gears.io.fields import described, formulas
+from gearchaos.plugins import Register, declared, value_of
 
 if TYPE_CHECKING:
     from gearchaos.gears.design.gear_design import GearDesign

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from gearchaos.doors import declared
 from gearchaos.errors import InputError
 from gearchaos.gears.stiffness.periodic_curves import PeriodicCurve, approximate
 from gearchaos.model import Stiffness
+from gearchaos.plugins import declared
 
 if TYPE_CHECKING:
     from gearchaos.gears.geometry.dimensions import Geometry

@@ -19,8 +19,8 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gearchaos.doors import declared
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.plugins import declared
 from gearchaos.validation import to_float
 
 if TYPE_CHECKING:

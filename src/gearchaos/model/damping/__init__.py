@@ -2,7 +2,7 @@
 
 **To add a law,** write a `DampingLaw`, the ``LAW`` of a file of its own. One with the force of a law that the kernels
 know ``acts_as`` that. Another force has its number in ``flow/kernels/vector/arrays.py`` and its formula in
-``taylor.py`` there; where contact begins and ends is in ``flow/kernels/one_mesh/contact.py``. Another package offers
+``taylor.py`` there; where contact begins and ends is in ``flow/kernels/one_spring/contact.py``. Another package offers
 one that acts as one of these, in ``gearchaos.damping``.
 """
 
@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from gearchaos.doors import Register, declared, value_of
 from gearchaos.model.damping.always import ALWAYS
 from gearchaos.model.damping.base import DampingLaw
 from gearchaos.model.damping.contact import CONTACT
+from gearchaos.plugins import Register, declared, value_of
 
 __all__ = [
     "ALWAYS", "CONTACT", "DAMPING_LAWS", "DEFAULT_LAW", "DEFAULT_LAW_OF_GEARS", "SHARED_LAWS", "Damped", "DampingLaw"]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from gearchaos.doors import Register, class_of, modules
 from gearchaos.model.stiffness.base import Stiffness
 from gearchaos.model.stiffness.harmonic import HarmonicStiffness
 from gearchaos.model.stiffness.stepped import MAX_LEVELS, SteppedStiffness
 from gearchaos.model.stiffness.tooth_pairs import ToothPairStiffness
 from gearchaos.model.stiffness.two_level import TwoLevelStiffness
+from gearchaos.plugins import Register, class_of, modules
 from gearchaos.quantities import HARMONICS, ask_if_unknown, declare, find
 
 __all__ = [

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 
 from gearchaos import catalogue
-from gearchaos.doors import Register, class_of
+from gearchaos.plugins import Register, class_of
 from gearchaos.quantities import ask_if_unknown
 from gearchaos.studies.core.study import Study
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from gearchaos.datasets import from_netcdf_bytes, netcdf_bytes, new_dataset, provenance, variable
 from gearchaos.display import HasCard
-from gearchaos.doors import versions_of
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.response import MESH, MeshResponse
 from gearchaos.dynamics.settings import as_settings
@@ -20,6 +19,7 @@ from gearchaos.errors import InputError, unknown_name, whole_number
 from gearchaos.gears.operation.operating import Gears, as_model, gears_of
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.switched import switched_system
+from gearchaos.plugins import versions_of
 from gearchaos.quantities import OPERATION, Quantity, declare_results, quantity
 from gearchaos.studies.core.axis import Axis, at_axis_starts, check_speed_axes
 from gearchaos.studies.core.cost import Cost, estimate

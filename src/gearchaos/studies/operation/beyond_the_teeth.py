@@ -10,7 +10,7 @@ import numpy as np
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.io.units import measured
 from gearchaos.gears.operation.operating import is_design
-from gearchaos.studies.operation.beside_factors import peak_root_stress
+from gearchaos.studies.operation.factor_context import peak_root_stress
 
 BEYOND = "beyond the teeth"
 """What a motion is called that teeth cannot bear, in the place of its dynamic factor."""

@@ -85,7 +85,7 @@ Search = Generator[Request, list["Motion"], _T]
 """A search that asks for motions, is sent them classified, and returns a value at its end."""
 
 
-def side_by_side(
+def run_searches(
     searches: Iterable[Search[_T]], model: MeshModel, settings: Classification, *, progress: str | None = None,
     threads: int | None = None,
 ) -> list[_T]:
@@ -196,7 +196,7 @@ class FollowedMotions:
 
     ``speeds`` are in rising order, rpm; ``at`` has the motions of each, the one from rest first, and ``drawn`` those
     that the random states of a speed lead to, one for each state. The model has a parameter ``speed``, and the
-    ``torque`` of the motions if one is given. The methods that compute are searches for `side_by_side`.
+    ``torque`` of the motions if one is given. The methods that compute are searches for `run_searches`.
     """
 
     def __init__(self, model: MeshModel, torque: float | None = None, draw: Draw = REVERSAL) -> None:

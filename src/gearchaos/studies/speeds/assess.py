@@ -14,7 +14,7 @@ from gearchaos.gears.operation.operating import AnyModel, as_model, gears_of, is
 from gearchaos.studies.core.axis import Axis
 from gearchaos.studies.core.operating_ranges import range_of_speeds, torques_of
 from gearchaos.studies.core.price import announce
-from gearchaos.studies.operation.beside_factors import peak_root_stress
+from gearchaos.studies.operation.factor_context import peak_root_stress
 from gearchaos.studies.operation.load_change import REVERSAL
 from gearchaos.studies.speeds.criteria import SPACING, STARTS, Criteria
 from gearchaos.studies.speeds.speed_and_torque import checked_operating_model, loaded

@@ -20,8 +20,8 @@ from gearchaos.model.switched import switched_system
 from gearchaos.studies.core.axis import Axis
 from gearchaos.studies.core.cost import MAX_STEPS, Cost, TooManyStepsError
 from gearchaos.studies.maps.bifurcation import Bifurcation
-from gearchaos.studies.operation.beside_factors import peak_root_stress
 from gearchaos.studies.operation.beyond_the_teeth import TeethLimits
+from gearchaos.studies.operation.factor_context import peak_root_stress
 from gearchaos.studies.operation.followed_motions import (
     MOST_SEVERE,
     MOST_SPEEDS,
@@ -30,7 +30,7 @@ from gearchaos.studies.operation.followed_motions import (
     Motion,
     brief_settings,
     parts_between,
-    side_by_side,
+    run_searches,
 )
 from gearchaos.studies.operation.knocks import Knock, find_knocks
 from gearchaos.studies.operation.quasi_static import quasi_static_ratio
@@ -231,7 +231,7 @@ class SpeedSearch:
         ends = np.cumsum([0, *self._parts(criteria.spacing)])
         speeds = np.interp(shares * ends[-1], ends, self.axis.values).tolist()
         at = [_at_torque(self.model, torque, criteria) for torque in self.torques]
-        side_by_side([each.motions.add_random(speeds, each.criterion, criteria.starts, (criteria.seed,))
+        run_searches([each.motions.add_random(speeds, each.criterion, criteria.starts, (criteria.seed,))
                       for each in at], self.model, criteria.settings, threads=threads)
         return at
 
@@ -246,7 +246,7 @@ def search_torques(
     """
     at = [_at_torque(model, torque, criteria) for torque in torques]
     words = "motions from random states" if progress else None
-    side_by_side(
+    run_searches(
         [each.motions.search(speeds, each.criterion, each.limit, criteria.starts, criteria.seed, criteria.spacing)
          for each in at],
         model, criteria.settings, progress=words, threads=threads)
@@ -256,7 +256,7 @@ def search_torques(
         more = [each for each, count in zip(at, known, strict=True) if sum(map(len, each.motions.at.values())) > count]
         if not more:
             break
-        side_by_side([each.motions.refine(each.criterion, each.limit) for each in more], model, criteria.settings,
+        run_searches([each.motions.refine(each.criterion, each.limit) for each in more], model, criteria.settings,
                      threads=threads)
     brackets = [each.brackets() for each in at]
     locate_edges(model, [edge for edges in brackets for edge in edges], criteria.settings, threads=threads)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from bokeh.models import ColumnDataSource, Segment
 
-from gearchaos.datasheet import verdict
+from gearchaos.datasheet import assessment as in_words
 from gearchaos.explorer.core.models import value_on
 from gearchaos.explorer.core.state import View
 from gearchaos.explorer.core.style import SetAttributes, Units, title
@@ -84,15 +84,15 @@ def assessment_text(found: Assessment, line: SpeedLine, view: View, units: Units
         (axis, value), own = place, value_on(view.operating_point, place[0])
         unit = units.after(axis.name)
         other = f"Of the {title(axis.name)} {value:g}{unit}, not that of the point, {own:g}{unit}: assess again there."
-    part = verdict.avoided(at, found.gears)
-    sentences = [verdict.sentence(words) for words in (
-        *verdict.decision(found), verdict.worst(found), verdict.at_no_speed(at), *part.words) if words]
-    headings, *rows = [list(row[: verdict.NARROW]) for row in part.table] or [[]]
+    part = in_words.avoided(at, found.gears)
+    sentences = [in_words.sentence(words) for words in (
+        *in_words.decision(found), in_words.worst(found), in_words.at_no_speed(at), *part.words) if words]
+    headings, *rows = [list(row[: in_words.NARROW]) for row in part.table] or [[]]
     avoid = [(meaning(window)[1], not window.operation, row) for window, row in zip(at.windows, rows, strict=True)]
     usable = [(number, words[0]) for number, part in enumerate(at.usable, len(avoid))
-              if (words := verdict.usable_in_words([part], found.speeds))]
+              if (words := in_words.usable_in_words([part], found.speeds))]
     return AssessmentText(
-        other, sentences, headings, avoid, usable, verdict.sentence(verdict.tried_in_words(found)))
+        other, sentences, headings, avoid, usable, in_words.sentence(in_words.tried_in_words(found)))
 
 
 def places(found: Assessment) -> list[float]:

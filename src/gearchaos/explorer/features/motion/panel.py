@@ -24,7 +24,7 @@ from gearchaos.plot.axes import mesh_period
 from gearchaos.plot.motions import FLOOR, HISTORY_PERIODS, amplitudes
 from gearchaos.plot.theme import INK, STROBE
 from gearchaos.quantities import quantity
-from gearchaos.studies.operation.beside_factors import beside_factors, which_mesh
+from gearchaos.studies.operation.factor_context import beside_factors, which_mesh
 
 _HISTORY_SAMPLES = 3000  # largest number of samples drawn
 

@@ -17,7 +17,7 @@ from gearchaos.explorer.features.runup.job import RunUpResult
 from gearchaos.plot._runup import WATERFALL_COLOURS, WATERFALL_RANGE, WAYS, waterfall
 from gearchaos.plot.axes import cell_extent
 from gearchaos.quantities import quantity
-from gearchaos.studies.operation.beside_factors import words_beside
+from gearchaos.studies.operation.factor_context import words_beside
 
 _MARK = "#c03a1e"  # colour of what moves with the speed
 _NO_POINTS: dict[str, list[float]] = {"x": [], "y": []}

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import subroutine
-from gearchaos.flow.kernels.one_mesh.contact import SEARCH_FAILED
+from gearchaos.flow.kernels.one_spring.contact import SEARCH_FAILED
 from gearchaos.flow.kernels.vector.arrays import rows
 from gearchaos.flow.kernels.vector.constants import CHATTER, ORDER, WIDTH
 

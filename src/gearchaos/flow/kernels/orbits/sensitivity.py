@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import kernel, subroutine
-from gearchaos.flow.kernels.one_mesh.contact import find_exits, saltate, switch_contact
+from gearchaos.flow.kernels.one_spring.contact import find_exits, saltate, switch_contact
 from gearchaos.flow.kernels.orbits.recording import extremum_derivatives, record_extrema, record_switches
 from gearchaos.flow.kernels.vector.arrays import COS_SIN, LENGTH, LEVEL, damps_in_contact, releases, rows
 from gearchaos.flow.kernels.vector.constants import CHATTER, DIVERGED, DIVERGED_AT, MAX_SWITCHES, ORDER, TWO_PI, WIDTH

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from typing import Any
 
-from gearchaos.doors import Register, declared, value_of
 from gearchaos.errors import InputError
 from gearchaos.gears.io import units
 from gearchaos.gears.io.fields import Record, read_by
 from gearchaos.gears.train.faults.base import FaultKind
+from gearchaos.plugins import Register, declared, value_of
 
 __all__ = ["Fault", "FaultKind", "check_faults"]
 

@@ -9,7 +9,7 @@ boundary of its contact state, positive inside. The root search advances s by *i
 from __future__ import annotations
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.one_mesh.measures import gather_measures, measure_segment, output_series, scatter_measures
+from gearchaos.flow.kernels.one_spring.measures import gather_measures, measure_segment, output_series, scatter_measures
 from gearchaos.flow.kernels.vector.arrays import damps_in_contact, position_of, releases, rows, rows_per_slot, slot_of
 from gearchaos.flow.kernels.vector.constants import CHATTER, MAX_SWITCHES, ORDER, PACKS, WIDTH
 from gearchaos.flow.kernels.vector.simd import (

@@ -15,8 +15,8 @@ from gearchaos.datasheet.quantities import pair_title
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.io.units import measured
 from gearchaos.gears.operation.operating import is_design
-from gearchaos.studies.operation.beside_factors import peak_root_stress, root_in_words
 from gearchaos.studies.operation.beyond_the_teeth import BEYOND
+from gearchaos.studies.operation.factor_context import peak_root_stress, root_in_words
 from gearchaos.studies.operation.quasi_static import ratio_in_words
 from gearchaos.studies.operation.severities import SEVERITIES
 from gearchaos.studies.speeds.speed_windows import (

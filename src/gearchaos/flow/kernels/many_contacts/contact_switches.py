@@ -10,9 +10,9 @@ from __future__ import annotations
 from math import sqrt
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.one_mesh.contact import NO_ROOT, first_roots
-from gearchaos.flow.kernels.several.contact_measures import keep_segment, shift_series
-from gearchaos.flow.kernels.several.contact_sets import after_step, dot, find_set, mesh_closed, values_at
+from gearchaos.flow.kernels.many_contacts.contact_measures import keep_segment, shift_series
+from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, find_set, mesh_closed, values_at
+from gearchaos.flow.kernels.one_spring.contact import NO_ROOT, first_roots
 from gearchaos.flow.kernels.vector.constants import CHATTER, MAX_SWITCHES, OK, ORDER, WIDTH
 from gearchaos.flow.kernels.vector.simd import bits, broadcast, fma, load, store, vabs, vfma
 

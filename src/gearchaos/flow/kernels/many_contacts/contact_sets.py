@@ -11,7 +11,7 @@ from math import cos, sin
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.several.contact_arrays import BUCKETS, CLEAR, OFFSETS
+from gearchaos.flow.kernels.many_contacts.contact_arrays import BUCKETS, CLEAR, OFFSETS
 from gearchaos.flow.kernels.vector.constants import ORDER, TWO_PI, WIDTH
 from gearchaos.flow.kernels.vector.simd import broadcast, fma, load, store, vfma
 

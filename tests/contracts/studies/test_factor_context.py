@@ -7,13 +7,13 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.assessment import worst
 from gearchaos.datasheet.page import sheet_html
-from gearchaos.datasheet.verdict import worst
 from gearchaos.gears.geometry.root_stress import root_stress
 from gearchaos.gears.io.units import measured
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.model import DAMPING_LAWS
-from gearchaos.studies.operation.beside_factors import (
+from gearchaos.studies.operation.factor_context import (
     beside_factors,
     peak_root_stress,
     root_in_words,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.one_mesh.measures import add_forces, measure_segment
+from gearchaos.flow.kernels.one_spring.measures import add_forces, measure_segment
 from gearchaos.flow.kernels.vector.arrays import rows
 from gearchaos.flow.kernels.vector.constants import ORDER, WIDTH
 from gearchaos.flow.kernels.vector.measure import FIRST, Measure

@@ -10,7 +10,7 @@ from math import log
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import inlined, main_kernel, subroutine
-from gearchaos.flow.kernels.one_mesh.affine import (
+from gearchaos.flow.kernels.one_spring.affine import (
     affine_step,
     append_lanes,
     find_suspects,
@@ -18,8 +18,8 @@ from gearchaos.flow.kernels.one_mesh.affine import (
     load_bounds,
     update_matrices,
 )
-from gearchaos.flow.kernels.one_mesh.contact import resolve
-from gearchaos.flow.kernels.one_mesh.measures import measure_step, prepare_measures
+from gearchaos.flow.kernels.one_spring.contact import resolve
+from gearchaos.flow.kernels.one_spring.measures import measure_step, prepare_measures
 from gearchaos.flow.kernels.vector.arrays import LENGTH, measure_index, position_of, rows_per_slot, slot_of, state_index
 from gearchaos.flow.kernels.vector.constants import DIVERGED, DIVERGED_AT, OK, WIDTH
 from gearchaos.flow.kernels.vector.simd import (

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import is_missing
-from gearchaos.flow.kernels.one_mesh.advance import advance_packs
+from gearchaos.flow.kernels.one_spring.advance import advance_packs
 from gearchaos.flow.kernels.orbits.correction import correct_orbit
 from gearchaos.flow.kernels.vector.arrays import dimensions
 from gearchaos.processes import python_command
