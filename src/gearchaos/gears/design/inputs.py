@@ -11,15 +11,15 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design import values
 from gearchaos.gears.design.values import ErrorTable, OrdersFile, Rack, ReliefDimensions, Supports, TableFile
 from gearchaos.gears.geometry import mechanics
-from gearchaos.gears.geometry.backlash import AnyBacklash, backlash_of, check_backlash
+from gearchaos.gears.geometry.backlash import OF, AnyBacklash, backlash_of, check_backlash
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
-from gearchaos.gears.io.fields import name_of, number, one, read_by, record, two
+from gearchaos.gears.io.fields import Reader, name_of, number, one, read_by, record, two, whole
 from gearchaos.gears.io.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.gears.stiffness import methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, Blank, ToothStiffness, tooth_stiffness
 from gearchaos.gears.train.faults import Fault
 from gearchaos.gears.train.parts import terms
-from gearchaos.gears.transmission_error import Quality
+from gearchaos.gears.transmission_error import Quality, editions
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, Damped
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
@@ -39,7 +39,8 @@ class Inputs(Damped):
     diametral_pitch: InitVar[Any] = None
     face_width: Any = field(metadata=read_by(_POSITIVE_LENGTHS))
     pressure_angle: Any = field(default=values.PRESSURE_ANGLE, metadata=read_by(one(ANGLE)))
-    helix_angle: Any = field(default=0.0, metadata=read_by(lambda name, value: abs(to_si(name, value, ANGLE))))
+    helix_angle: Any = field(default=0.0, metadata=read_by(
+        Reader(lambda name, value: abs(to_si(name, value, ANGLE)), ANGLE)))
     centre_distance: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
     profile_shift: Any = field(default=None, metadata=read_by(
         two(number(), "must be a list of two: x1 and x2, in normal modules")))
@@ -54,9 +55,10 @@ class Inputs(Damped):
     inertia: Any = field(default=None, metadata=read_by(two(one(INERTIA, POSITIVE))))
     mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
     quality: Quality | Any = field(default=None, metadata=read_by(
-        values.read_quality, "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
+        Reader(values.read_quality, parts={
+            "standard": name_of(*editions()), "grade": two(whole("must be a grade", 0))}), "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
     backlash: AnyBacklash | Any = field(default=None, metadata=read_by(
-        backlash_of, "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
+        Reader(backlash_of, parts={"of": name_of(*OF), "value": one(LENGTH)}), "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
     damping_ratio: float | None = field(default=None, metadata=read_by(
         number(values.BELOW_ONE),
         "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "

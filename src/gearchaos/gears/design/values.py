@@ -14,6 +14,7 @@ from gearchaos.files import read_bytes
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.io import units
 from gearchaos.gears.io.fields import (
+    Reader,
     Record,
     convert_fields,
     each,
@@ -21,6 +22,7 @@ from gearchaos.gears.io.fields import (
     number,
     one,
     read_by,
+    readers,
     record,
     record_values,
     two,
@@ -180,9 +182,12 @@ def tooth_count(field: str, value: Any) -> int:
     return units.teeth(field, value)
 
 
-def tip_alterations(field: str, value: Any) -> tuple[float, float] | str:
+def _tip_alterations(field: str, value: Any) -> tuple[float, float] | str:
     """k m_n of both wheels in m, or `KEEP_CLEARANCE`."""
     return value if isinstance(value, str) and value == KEEP_CLEARANCE else two(one(units.LENGTH))(field, value)
+
+
+tip_alterations = Reader(_tip_alterations, units.LENGTH, both=True)
 
 
 def read_blank(field: str, value: Any) -> Blank | str:
@@ -195,11 +200,14 @@ def read_blank(field: str, value: Any) -> Blank | str:
     return Blank(*(one(units.LENGTH, POSITIVE)(f"{field}.{name}", value[name]) for name in ("rim", "web")))
 
 
-def read_tip_relief(field: str, value: Any) -> ReliefDimensions:
+def _tip_relief(field: str, value: Any) -> ReliefDimensions:
     """Tip relief from its amounts alone, or from a table."""
     if isinstance(value, (ReliefDimensions, Mapping)):
         return record(ReliefDimensions)(field, value)
     return ReliefDimensions(amount=two(one(units.LENGTH, NOT_NEGATIVE))(field, value))
+
+
+read_tip_relief = Reader(_tip_relief, parts=readers(ReliefDimensions))
 
 
 def read_quality(field: str, value: Any) -> Quality:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.gears.io.fields import Record, described, number, one, read_by, record
+from gearchaos.gears.io.fields import Reader, Record, described, number, one, read_by, record
 from gearchaos.gears.io.units import DENSITY, PRESSURE, STRESS
 from gearchaos.quantities import Rule
 
@@ -44,7 +44,7 @@ PLASTIC_MODULUS = 20e9
 """E, Pa, below which a material is taken for a plastic."""
 
 
-def read_material(field: str, value: Any) -> Material:
+def _read_material(field: str, value: Any) -> Material:
     """The material of a wheel: a name, a `Material`, or a table with its values."""
     if not isinstance(value, str):
         return record(Material, "must be a name or a table with E, poisson and density", "E.g. 'steel'.")(field, value)
@@ -53,6 +53,9 @@ def read_material(field: str, value: Any) -> Material:
         table = "Another material is a table: material = { E = '3 GPa', poisson = 0.4, density = '1300 kg/m^3' }."
         raise InputError(error.field, error.rule, value, f"{error.advice} {table}".lstrip())
     return _NAMED[value]
+
+
+read_material = Reader(_read_material, names=tuple(_NAMED))
 
 
 def disc_diameter(geometry: Geometry) -> Pair:

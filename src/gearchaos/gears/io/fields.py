@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from functools import partial
 from typing import Any, TypeVar
 
@@ -29,9 +29,30 @@ _OTHER_UNITS: dict[units.Dimension, tuple[tuple[str, float], ...]] = {
 Convert = Callable[[str, Any], Any]
 
 
+@dataclass(frozen=True)
+class Reader:
+    """How an input is read, and what a form needs to know to ask for it: its dimension, unless it is a plain number;
+    the ``names`` that it can be; the readers of its ``parts`` if it is a table; whether it is that of ``both`` wheels.
+    """
+
+    convert: Convert
+    dimension: units.Dimension | None = None
+    names: tuple[str, ...] = ()
+    parts: Mapping[str, Convert] = field(default_factory=dict)
+    both: bool = False
+
+    def __call__(self, field: str, value: Any) -> Any:
+        return self.convert(field, value)
+
+
 def read_by(convert: Convert, advice: str = "") -> dict[str, Any]:
     """The metadata of a field: how its value is read, and the advice for a result that needs it and lacks it."""
     return {"convert": convert, "advice": advice}
+
+
+def readers(kind: Any) -> dict[str, Convert]:
+    """How the fields of a dataclass are read, by name; not every field says so."""
+    return {f.name: f.metadata["convert"] for f in fields(kind) if "convert" in f.metadata}
 
 
 def convert_fields(record: Any) -> None:
@@ -51,23 +72,23 @@ class Record:
         convert_fields(self)
 
 
-def one(dimension: units.Dimension, rule: Rule | None = None, between: tuple[float, float] | None = None) -> Convert:
+def one(dimension: units.Dimension, rule: Rule | None = None, between: tuple[float, float] | None = None) -> Reader:
     """A value with a unit, in SI; between two bounds beyond which only a slip of units explains it."""
     def convert(field: str, value: Any) -> float:
         number = units.to_si(field, value, dimension, rule)
         if between is not None:
             check_plausible(field, number, *between, dimension=dimension)
         return number
-    return convert
+    return Reader(convert, dimension)
 
 
-def number(rule: Rule | None = None) -> Convert:
+def number(rule: Rule | None = None) -> Reader:
     def convert(field: str, value: Any) -> float:
         found = to_float(field, value)
         if rule is not None:
             check_rule(field, found, rule)
         return found
-    return convert
+    return Reader(convert)
 
 
 def each(dimension: units.Dimension) -> Convert:
@@ -80,7 +101,7 @@ def each(dimension: units.Dimension) -> Convert:
     return convert
 
 
-def two(convert: Convert, rule: str = "") -> Convert:
+def two(convert: Convert, rule: str = "") -> Reader:
     """The values of both wheels, from a list of two or from one that holds for both.
 
     An item of a list, tuple or array is ``field[0]`` or ``field[1]`` in messages. With a rule, with which a message
@@ -99,7 +120,8 @@ def two(convert: Convert, rule: str = "") -> Convert:
         if len(items) != 2:
             raise InputError(field, "must be one value, or a list of two: for wheel 1 and for wheel 2", value)
         return convert(f"{field}[0]", items[0]), convert(f"{field}[1]", items[1])
-    return convert_both
+    each = convert if isinstance(convert, Reader) else Reader(convert)
+    return replace(each, convert=convert_both, both=True)
 
 
 def whole(rule: str, least: int, most: float = math.inf, advice: str = "") -> Convert:
@@ -120,15 +142,15 @@ def having(attribute: str, rule: str, advice: str = "") -> Convert:
     return convert
 
 
-def name_of(*known: str) -> Convert:
+def name_of(*known: str) -> Reader:
     def convert(field: str, value: Any) -> str:
         if value not in known:
             raise unknown_name(field, str(value), known)
         return value
-    return convert
+    return Reader(convert, names=known)
 
 
-def record(kind: type, rule: str = "", advice: str = "") -> Convert:
+def record(kind: type, rule: str = "", advice: str = "") -> Reader:
     """A dataclass, or a table with its values; the rule is that of anything else."""
     def convert(field: str, value: Any) -> Any:
         if isinstance(value, kind):
@@ -137,7 +159,7 @@ def record(kind: type, rule: str = "", advice: str = "") -> Convert:
             names = ", ".join(f.name for f in fields(kind))
             raise InputError(field, rule or f"must be a table with {names}", value, advice)
         return record_values(kind, field, value)
-    return convert
+    return Reader(convert, parts=readers(kind))
 
 
 def record_values(kind: Callable[..., T], field: str, value: Mapping[str, Any]) -> T:

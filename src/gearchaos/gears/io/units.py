@@ -34,19 +34,21 @@ _ANGLE = re.compile("radian|revolution|turn|degree|grade|arc")
 
 @dataclass(frozen=True)
 class Dimension:
-    """A physical dimension: its name with article, the unit of a plain number in pint's notation, and an example."""
+    """A physical dimension: its name with article, the unit of a plain number in pint's notation, an example, and the
+    units of drawings, the usual one first; without them that of the example is."""
 
     name: str
     unit: str  # that of the SI, but of speeds rpm
     example: str
+    drawn: tuple[str, ...] = ()
 
 
-LENGTH = Dimension("a length", "m", "35.2 mm")
+LENGTH = Dimension("a length", "m", "35.2 mm", ("mm", "um", "in"))
 MASS = Dimension("a mass", "kg", "700 g")
 INERTIA = Dimension("a moment of inertia", "kg*m^2", "4.9e-4 kg*m^2")
 STIFFNESS = Dimension("a stiffness", "N/m", "400 N/um")
 DAMPING = Dimension("a damping coefficient", "N*s/m", "530 N*s/m")
-TORQUE = Dimension("a torque", "N*m", "85 N*m")
+TORQUE = Dimension("a torque", "N*m", "85 N*m", ("N*m", "lbf*in", "lbf*ft"))
 BEARING_FRICTION = Dimension("a rotational damping coefficient", "N*m*s/rad", "1e-4 N*m*s/rad")
 TORSIONAL_STIFFNESS = Dimension("a torsional stiffness", "N*m/rad", "2e4 N*m/rad")
 ANGULAR_ACCELERATION = Dimension("an angular acceleration", "rad/s^2", "300 rad/s^2")
@@ -54,8 +56,8 @@ FORCE = Dimension("a force", "N", "250 N")
 VELOCITY = Dimension("a velocity", "m/s", "5 mm/s")
 ACCELERATION = Dimension("an acceleration", "m/s^2", "20 m/s^2")
 ANGULAR_VELOCITY = Dimension("an angular velocity", "rad/s", "0.5 rad/s")  # of a vibration
-SPEED = Dimension("an angular velocity", "rpm", "2500 rpm")
-ANGLE = Dimension("an angle", "rad", "30 deg")
+SPEED = Dimension("an angular velocity", "rpm", "2500 rpm", ("rpm", "rad/s"))
+ANGLE = Dimension("an angle", "rad", "30 deg", ("deg", "rad"))
 DURATION = Dimension("a time", "s", "60 s")
 FREQUENCY = Dimension("a frequency", "Hz", "25 Hz")
 PRESSURE = Dimension("a modulus of elasticity", "Pa", "206 GPa")
