@@ -13,6 +13,7 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -36,6 +37,14 @@ def _finite(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_finite(v) for v in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def examples() -> list[Path]:
+    """The study files of the manual, by name."""
+    folder = Path(str(files("gearchaos"))) / "examples"
+    if not folder.is_dir():  # the sources are installed so that they can be edited
+        folder = Path(__file__).parents[2] / "examples"
+    return sorted(path for path in folder.iterdir() if path.is_file())
 
 
 def check_target(field: str, path: Path) -> None:

@@ -30,15 +30,19 @@ def explore(
     port: Annotated[int, typer.Option(metavar="N", help="Port; 0 for any that is free.")] = 5006,
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
 ) -> None:
-    """Open a page in the browser with a map of motions, and the motion at the point that is clicked."""
+    """Open a page in the browser with a map of motions, and the motion at the point that is clicked.
+
+    Without a study file it opens with a choice: a drawing, a figure of the paper, a train, a file.
+    """
     say("starting the explorer …")  # loading its packages takes seconds
-    from gearchaos.explorer.web import LOCAL
+    from gearchaos.explorer.web import LOCAL, START
     from gearchaos.explorer.web.server import address, check_installed, check_port, server
 
     check_installed()
     axes = parse_axes(axis)
     loaded = load(study, sets, axes=axes)
-    view = _view(loaded, axes, study is None and not sets)
+    plain = study is None and not sets and not axes
+    view = _view(loaded, axes, plain)
     port = check_port(host, port)
     if host not in LOCAL:
         say(f"warning: anyone who can reach {host}:{port} can use this page, and this machine's time with it")
@@ -46,32 +50,22 @@ def explore(
     running = server(view, host=host, port=port)
     collect_garbage(imported=True)
     running.start()
-    say(f"explorer at {address(host, port)} (Ctrl-C ends it)")
-    _serve(running, None if no_open else address(host, port))
+    page = address(host, port) + START * plain
+    say(f"explorer at {page} (Ctrl-C ends it)")
+    _serve(running, None if no_open else page)
 
 
 def _view(loaded: LoadedStudy, given: list[Axis], no_arguments: bool) -> View:
-    """The first view: axes of the command line, otherwise of the study file; without arguments the paper's figure 2.
-
-    For gears the ranges of ω and q0 in a study file are those of the speed and torque.
-    """
-    from gearchaos.explorer.core.models import as_operating_axis
+    """The first view: axes of the command line, otherwise of the study file; without arguments the paper's figure 2."""
+    from gearchaos.explorer.core.opened import study_view
     from gearchaos.explorer.core.presets import presets
-    from gearchaos.explorer.core.state import view_of
-    from gearchaos.gears.operation.operating import OperatingModel
-    from gearchaos.studies.uncertainty.distributions import as_text
 
     if len(given) not in (0, 2):
         raise InputError("--axis", "must be given twice or not at all", [axis.name for axis in given],
                          "E.g. --axis omega=0.2:3:400 --axis eps1=0:0.3:300.")
     if no_arguments and not given:
         return presets()["2"].view
-    options = loaded.options_for("zones")
-    of_study = [options[name] for name in ("x", "y") if name in options]
-    if isinstance(loaded.model, OperatingModel):
-        of_study = [as_operating_axis(loaded.model.gears, axis) for axis in of_study]
-    vary = tuple(map(as_text, loaded.options_for("scatter").get("vary", ())))
-    return view_of(loaded.model, *(given or of_study), vary=vary)
+    return study_view(loaded, given)
 
 
 def _serve(running: Any, page: str | None) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from gearchaos import files
 from gearchaos.cli.errors import say
 from gearchaos.cli.options import Json, app
 from gearchaos.cli.output import print_json
@@ -29,11 +29,7 @@ def examples(
     if out.exists() and not out.is_dir():
         raise InputError("--out", "must be a folder", str(out), "Choose another name.")
     out.mkdir(parents=True, exist_ok=True)
-    folder = Path(str(files("gearchaos"))) / "examples"
-    if not folder.is_dir():  # the sources are installed so that they can be edited
-        folder = Path(__file__).parents[3] / "examples"
-    contents = {out / source.name: source.read_bytes() for source in sorted(folder.iterdir())
-                if source.is_file()}
+    contents = {out / source.name: source.read_bytes() for source in files.examples()}
     for file, content in contents.items():
         check_target("--out", file)
         if file.exists() and read_bytes(file) != content:  # its user may have changed it

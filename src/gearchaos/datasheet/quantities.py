@@ -7,7 +7,7 @@ apply.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
@@ -68,12 +68,14 @@ class Entry:
         return shown if isinstance(self.value, tuple) else shown[0]
 
 
-def datasheet(design: GearDesign) -> dict[str, Entry]:
-    """All quantities of a design by name; those that need a missing input have a reason instead of a value."""
+def datasheet(design: GearDesign, names: Collection[str] = ()) -> dict[str, Entry]:
+    """The quantities of a design with these ``names``, or all; those that need a missing input have a reason instead of
+    a value."""
     results, entries = _Results(design), dict[str, Entry]()
     of_standards = {name: row for each in standards() for name, row in _standard_rows(each).items()}
     groups = {**_GROUPS, "Dynamic factor": of_standards}
-    for group, name, (formula, compute) in ((g, n, row) for g, rows in groups.items() for n, row in rows.items()):
+    for group, name, (formula, compute) in ((g, n, row) for g, rows in groups.items() for n, row in rows.items()
+                                            if n in (names or rows)):
         value: Any = None
         reason, expected = "", False
         try:
@@ -87,6 +89,8 @@ def datasheet(design: GearDesign) -> dict[str, Entry]:
         entries[name] = Entry(
             value=value, unit=formula.unit, symbol=formula.symbol, formula=formula.text, source=formula.source,
             group=group, words=formula.words or name.replace("_", " "), reason=reason, expected=expected)
+    if _AMPLITUDES not in entries:
+        return entries
     if design.exact:
         entries |= {name: replace(entries[name], formula=_NO_ERROR) for name in (_AMPLITUDES, _PHASES)}
     elif not (amplitudes := entries[_AMPLITUDES]).reason:

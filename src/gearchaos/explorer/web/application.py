@@ -19,6 +19,7 @@ import re
 import socket
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from types import SimpleNamespace
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -38,16 +39,18 @@ from tornado.web import ErrorHandler
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.bounds import SKELETON_PERIOD, SKELETON_PERIODS
+from gearchaos.explorer.core.opened import Opened, example_drawing, opened
 from gearchaos.explorer.core.run import WAYS
 from gearchaos.explorer.core.state import CHANGES, View
 from gearchaos.explorer.core.text import from_query
 from gearchaos.explorer.core.worker import Workers
-from gearchaos.explorer.web import KEY, LOCAL
+from gearchaos.explorer.features.drawing.form import form
+from gearchaos.explorer.web import KEY, LOCAL, START
 from gearchaos.explorer.web.export import FILES, OF_GEARS
-from gearchaos.explorer.web.messages import asset
+from gearchaos.explorer.web.messages import asset, render
 from gearchaos.explorer.web.page import Page
 from gearchaos.explorer.web.session import Session
-from gearchaos.gears.operation.operating import OperatingModel
+from gearchaos.explorer.web.start import Start
 
 LARGEST_MESSAGE = 2**20  # largest number of bytes in a message; a page sends a few thousand at most
 
@@ -60,6 +63,8 @@ _ANSWERS = {"PULL-DOC-REQ": ServerSession.pull, "PATCH-DOC": ServerSession.patch
 """The types of message that a page sends, and the function that answers each."""
 
 _INVALID = "not a message of this page"  # reason given when a connection is closed
+
+_TITLE, _NOT_SHOWN = "gearchaos explore", "The address cannot be shown: "
 
 log = logging.getLogger(__name__)
 
@@ -180,13 +185,13 @@ class BlankSessions:
 
     application: Application
 
-    async def create_session_if_needed(self, _: str, __: HTTPServerRequest, token: str) -> Any:
+    async def create_session_if_needed(self, _: str, request: HTTPServerRequest, token: str) -> Any:
         """A session that has no more than the page needs; called by Bokeh."""
-        return SimpleNamespace(token=token, document=self.application.handlers[0].blank)
+        return SimpleNamespace(token=token, document=self.application.handlers[0].blank(request.query))
 
 
 _SERVED: dict[Any, Any] = {
-    WSHandler: Socket, DocHandler: Blank, StaticHandler: StaticHandler, IcoHandler: IcoHandler,
+    WSHandler: Socket, DocHandler: Blank, StaticHandler: StaticHandler, IcoHandler: IcoHandler, Start: Start,
 }
 """Handlers of Bokeh that are served, each with its replacement; all others answer 404."""
 
@@ -196,8 +201,8 @@ class GuardedTornado(BokehTornado):
 
     def __init__(self, applications: Any, host: str, **options: Any) -> None:
         self._host = host
-        super().__init__(applications, websocket_max_message_size_bytes=LARGEST_MESSAGE, sign_sessions=True,
-                         secret_key=os.urandom(32), **options)
+        super().__init__(applications, extra_patterns=[(f"/{START}", Start)], sign_sessions=True,
+                         websocket_max_message_size_bytes=LARGEST_MESSAGE, secret_key=os.urandom(32), **options)
 
     def get_handler_delegate(
         self, request: HTTPServerRequest, target_class: Any, target_kwargs: Any = None, path_args: Any = None,
@@ -251,37 +256,55 @@ def own_host(header: str, host: str) -> bool:
 def application(view: View, workers: Workers) -> Application:
     """The application with the explorer's page.
 
-    ``view`` is what a page without a query shows; its gears are those of all pages. The workers are stopped when the
-    server ends.
+    ``view`` is what a page without a query shows; its gears are those of all pages whose address names no others. The
+    workers are stopped when the server ends.
     """
-    blank = SimpleNamespace(
-        title="gearchaos explore", template=get_env().from_string(asset("web/templates/page.html.j2")),
-        roots=named_roots(Page(view, view)), template_variables=dict(
-            css=asset("web/static/page.css"), gears=view.gears is not None, pair=isinstance(view.model, OperatingModel),
-            files={n: words for n, words in FILES.items() if view.gears or not n.startswith(OF_GEARS)},
-            periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS,
-            changes={name: words for name, (words, _) in CHANGES.items()}))
-
+    own, template = Opened(view), get_env().from_string(asset("web/templates/page.html.j2"))
     sessions: dict[str, Session] = {}
 
+    @cache
+    def figures(gears: bool, pair: bool) -> list[Any]:
+        first = next((each for each in (own, Opened(example_drawing())) if each.has_gears == (gears, pair)), own)
+        return named_roots(Page(first, first.start))
+
+    def blank(query: str) -> Any:
+        first, _, _ = _shown(query, own)
+        gears, pair = first.has_gears
+        return SimpleNamespace(
+            title=_TITLE, template=template, roots=figures(gears, pair), template_variables=dict(
+                css=asset("web/static/page.css"), gears=gears, pair=pair, form=first.drawing and render(
+                    "features/drawing/form.html.j2", form=form(first.drawing)),
+                files={n: words for n, words in FILES.items() if gears or not n.startswith(OF_GEARS)},
+                periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS,
+                changes={name: words for name, (words, _) in CHANGES.items()}))
+
     def fill(document: Any) -> None:
-        message = ""
+        first, rest, message = _shown(document.session_context.token_payload["query"], own)
+        view = first.start
         try:
-            first = from_query(document.session_context.token_payload["query"], view)
+            view = from_query(rest, view)
         except InputError as error:
-            first, message = view, f"The address cannot be shown: {error}"
-        session = Session(first, workers, document, view)
+            message = f"{_NOT_SHOWN}{error}"
+        session = Session(view, workers, document, first)
         session.page.show_message(message)
         roots = named_roots(session.page)
         sessions[document.session_context.id] = session  # Bokeh's callback on documents would collect garbage as well
         session.page.messages.attach(document, session.page.map.figure)
         document.add_next_tick_callback(session.start)
-        document.title = blank.title
+        document.title = _TITLE
         with document.models.freeze():  # otherwise Bokeh walks through all models again for every root
             for model in roots:
                 document.add_root(model)
 
     return Application(_Handler(fill, workers, blank, sessions))
+
+
+def _shown(query: str, own: Opened) -> tuple[Opened, str, str]:
+    """What an address opens, the rest of its query, and a message where it cannot be opened."""
+    try:
+        return *opened(query, own), ""
+    except InputError as error:
+        return own, "", f"{_NOT_SHOWN}{error}"
 
 
 def named_roots(page: Page) -> list[Any]:
@@ -296,7 +319,8 @@ class _Handler(FunctionHandler):
     """Fills the document of every visitor, and stops the workers when the server ends."""
 
     def __init__(
-        self, fill: Callable[[Any], None], workers: Workers, blank: Any, sessions: dict[str, Session],
+        self, fill: Callable[[Any], None], workers: Workers, blank: Callable[[str], Any],
+        sessions: dict[str, Session],
     ) -> None:
         super().__init__(fill)
         self._workers, self.blank, self._sessions = workers, blank, sessions

@@ -101,10 +101,11 @@ _BUTTONS = {
 """The buttons below groups of the form, by heading; that of the mesh needs a stiffness with harmonics."""
 
 
-def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
+def parameter_form(view: View, merged: Iterable[str], start: View, drawn: bool = False) -> Form:
     """The form for the model of a view, with one field for both members of the ``merged`` pairs.
 
-    ``start`` is what the server shows first; its gears determine the ranges of the sliders of speed and torque.
+    ``start`` is what the page shows first; its gears determine the ranges of the sliders of speed and torque. Those that
+    are ``drawn`` have a form of their own.
     """
     if isinstance(view.model, TrainModel):
         return _train_form(view.model, start)
@@ -134,7 +135,7 @@ def parameter_form(view: View, merged: Iterable[str], start: View) -> Form:
     initial = group("Initial values", view.model.coordinate_names)
     if view.gears is None:
         return Form(menus, buttons, (*(group(*each) for each in _GROUPS), initial))
-    of_gears = tuple(group(*each) for each in _GROUPS_OF_GEARS)
+    of_gears = tuple(group(*each) for each in _GROUPS_OF_GEARS[: 1 if drawn else None])
     shown = {f.name for each in of_gears for f in each.fields}
     return Form(menus, buttons, of_gears, (*(group(*each, shown) for each in _GROUPS), initial))
 

@@ -25,6 +25,7 @@ from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS
 from jinja2 import Environment, FunctionLoader
 
+from gearchaos.explorer.core.drawing import inputs
 from gearchaos.explorer.core.style import motion_hint
 
 
@@ -41,13 +42,13 @@ def asset(path: str) -> str:
 @cache
 def _environment() -> Environment:
     made = Environment(loader=FunctionLoader(asset), autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    made.filters["motion_hint"] = motion_hint
+    made.filters |= {"motion_hint": motion_hint, "input_label": lambda key: inputs()[key].label}
     return made
 
 
 ELEMENTS = ("parameters", "axes", "line-choose", "busy", "message", "legend", "verdict", "others", "basin-legend",
             "branch", "skeleton-legend", "run-text", "assessment-text", "tolerances-text",
-            "knock-text")
+            "knock-text", "sheet")
 """Elements of the page whose HTML changes. As Bokeh widgets, each change would lay out the page again."""
 
 

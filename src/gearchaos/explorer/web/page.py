@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
 import xarray as xr
 
+from gearchaos.explorer.core.drawing import Reading
 from gearchaos.explorer.core.models import are_alike, equal
+from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.presets import preset_of
 from gearchaos.explorer.core.state import LINES, View
 from gearchaos.explorer.core.style import Panel, Units
-from gearchaos.explorer.core.text import as_python, as_toml, to_query
+from gearchaos.explorer.core.text import as_python, to_query
 from gearchaos.explorer.core.trains import shown_mesh
 from gearchaos.explorer.features.assessment.panel import assessment_text, places
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.drawing.form import marks
+from gearchaos.explorer.features.drawing.panel import CYCLES, CycleFigure, Sheet, sheet_text
 from gearchaos.explorer.features.knock.job import KnockedMotion
 from gearchaos.explorer.features.knock.panel import KnockFigure, knock_text
 from gearchaos.explorer.features.map.job import Map
@@ -29,7 +34,7 @@ from gearchaos.explorer.features.tolerances.job import Cloud
 from gearchaos.explorer.features.tolerances.panel import CloudFigure, cloud_text
 from gearchaos.explorer.web.form import GEARS, NUMBER, Menu, field_values, parameter_form, plane_menus, whose
 from gearchaos.explorer.web.messages import Messages
-from gearchaos.gears.operation.operating import OperatingModel
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import PARAMETER_PAIRS
 from gearchaos.studies.speeds.assess import Assessment
@@ -38,16 +43,18 @@ from gearchaos.studies.speeds.assess import Assessment
 class Page:
     """One page, which shows the results of its `Computations`.
 
-    ``start`` is what the server shows first, whose gears are those of the page, and ``view`` the present view, in whose
-    units results are shown. ``preset`` is the key of the preset that it shows, or "", ``basins_view`` the view whose
-    basins are shown, ``merge_wheels`` whether the form has common fields for both wheels where they are alike,
+    ``opened`` has the gears of the page, and ``view`` is the present view, in whose units results are shown.
+    ``preset`` is the key of the preset that it shows, or "", ``basins_view`` the view whose basins are shown,
+    ``merge_wheels`` whether the form has common fields for both wheels where they are alike,
     ``choices`` the motions that the page offers as buttons, ``ranges`` the middles of the ranges of speed that it
     lists, on the ``line`` that was assessed.
     """
 
-    def __init__(self, start: View, view: View) -> None:
+    def __init__(self, opened: Opened, view: View) -> None:
         self.view = self.basins_view = view
-        self._start, self._has_gears = start, start.gears is not None
+        self.opened, (self._has_gears, self._has_pair) = opened, opened.has_gears
+        self.reading = None if opened.drawing is None else opened.drawing.read()
+        self._sheet: Sheet | None = None
         self.merge_wheels, self.preset = True, ""
         self._layout: tuple[Any, ...] = ()
         self._plane: tuple[Any, ...] = ()
@@ -64,6 +71,7 @@ class Page:
         self.force = motion.ForceFigure(set_attributes) if self._has_gears else None
         self.run, self.waterfall = RunFigure(set_attributes), WaterfallFigure(set_attributes)
         self.cloud, self.knock = CloudFigure(set_attributes), KnockFigure(set_attributes)
+        self.cycles = [CycleFigure(set_attributes, *each) for each in CYCLES]
         self._write_choices([])
         self.line: SpeedLine | None = None
         self.ranges: list[float] = []
@@ -77,8 +85,8 @@ class Page:
             "spectrum": self.spectrum, "line": self.diagram, "basin": self.basins}
         if self.force is not None:
             panels |= {"force": self.force, "run": self.run, "waterfall": self.waterfall}
-        if isinstance(self._start.model, OperatingModel):
-            panels |= {"cloud": self.cloud, "knock": self.knock}
+        if self._has_pair:
+            panels |= {"cloud": self.cloud, "knock": self.knock, **{each.name: each for each in self.cycles}}
         return {name: panel.figure for name, panel in panels.items()}
 
     def units(self, view: View) -> Units:
@@ -94,7 +102,36 @@ class Page:
         if self._plane != (view.x, view.y):
             self._plane = (view.x, view.y)
             self.map.set_plane(view, self.units(view))
-        self.messages.set_page_state(to_query(view, self._start), as_python(view), as_toml(view))
+        query = self.opened.query + (to_query(view, self.opened.start) if self.is_drawn else "")
+        self.messages.set_page_state(query, as_python(view), self.opened.toml(view))
+        if self.opened.drawing is not None:
+            self.show_drawing()
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether the view is that of the page's own gears: unless a drawing is not complete."""
+        return self.reading is None or self.reading.view is not None
+
+    def show_drawing(self) -> None:
+        """Show what follows from the drawing at the point, and what is wrong or missing beside its inputs."""
+        reading, drawing, kept, gears = self.reading, self.opened.drawing, self.opened.kept, self.view.gears
+        assert reading is not None and drawing is not None
+        self.messages.set_values({"drawing": json.dumps(marks(reading))})
+        design = gears if self.is_drawn and isinstance(gears, GearDesign) else reading.design
+        if design is None:
+            self._write("sheet", "features/drawing/sheet", text=None, needed=reading.needed, errors=reading.errors)
+            return
+        if self._sheet is None or (self._sheet.drawing, self._sheet.kept, self._sheet.design) != (
+                drawing, kept, design):
+            self._sheet = Sheet.of(drawing, design, kept)
+            for each in self.cycles:
+                each.show(self._sheet)
+        self._write("sheet", "features/drawing/sheet", text=sheet_text(self._sheet), needed=reading.needed,
+                    errors=reading.errors)
+
+    def draw(self, opened: Opened, reading: Reading) -> None:
+        """Take another drawing, or another one to keep."""
+        self.opened, self.reading, self._layout = opened, reading, ()
 
     def show_form(self) -> None:
         """Show the values of the view in the form, which is replaced only if it has other fields."""
@@ -105,7 +142,8 @@ class Page:
         layout = view.model.kind, tuple(values), view.x.name, view.y.name, merged, view.physical and self._has_gears
         if layout != self._layout:
             self._layout = layout
-            self._write("parameters", "web/templates/parameters", form=parameter_form(view, merged, self._start))
+            self._write("parameters", "web/templates/parameters", form=parameter_form(
+                view, merged, self.opened.start, self.opened.drawing is not None))
             self._write("axes", "web/templates/menus", menus=plane_menus(view, self.units(view)))
             lines = Menu("line", "Diagram along the", tuple((k, f"{v} line") for k, v in LINES.items()))
             self._write("line-choose", "web/templates/menus", menus=[lines])

@@ -16,7 +16,9 @@ from bokeh.events import DoubleTap, PointEvent, PressUp, RangesUpdate, Tap
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.bounds import HIGHEST_HARMONIC, SKELETON_PERIOD, SKELETON_PERIODS, finite_number
+from gearchaos.explorer.core.drawing import Drawing
 from gearchaos.explorer.core.models import are_alike
+from gearchaos.explorer.core.opened import Opened, redrawn
 from gearchaos.explorer.core.presets import presets
 from gearchaos.explorer.core.state import View
 from gearchaos.explorer.core.style import Panel
@@ -63,12 +65,12 @@ _numbers = count(1)
 class Session:
     """A page and the computations that it shows.
 
-    ``view`` is the first view, ``start`` what the server shows first, whose gears are those of the page.
+    ``view`` is the first view, ``opened`` has the gears of the page.
     """
 
-    def __init__(self, view: View, workers: Workers, document: Any, start: View) -> None:
-        self._document, self._start, self._alive = document, start, True
-        page = self.page = Page(start, view)
+    def __init__(self, view: View, workers: Workers, document: Any, opened: Opened) -> None:
+        self._document, self._alive, self._started = document, True, False
+        page = self.page = Page(opened, view)
         self.computations = Computations(f"session-{next(_numbers)}", view, workers, self._call_soon, page)
         self._update_later: Any = None  # the timeout after which the rest of the page is updated
         self._zoom_later: Any = None
@@ -81,8 +83,10 @@ class Session:
         page.show_view()
 
     def start(self) -> None:
-        """Begin to compute; results can only be sent once the page is connected."""
-        self.computations.start()
+        """Begin to compute, once there is something to compute; results can only be sent once the page is connected."""
+        if not self._started and self.page.is_drawn:
+            self._started = True
+            self.computations.start()
 
     def close(self) -> None:
         """Cancel all computations of the page."""
@@ -223,10 +227,26 @@ class Session:
                 number = 1 + len(harmonics_of(family, page.view.model.parameters()))
                 if number <= HIGHEST_HARMONIC:
                     self.change(lambda view: view.with_value(f"{family}{number}", 0.01))
-            case "press", "units" if self._start.gears is not None:
+            case "draw", list(texts):
+                self._draw(Drawing.of(dict(texts)), page.opened.kept)
+            case "press", "keep" if page.opened.drawing is not None:
+                self._draw(page.opened.drawing, None if page.opened.kept else page.opened.drawing)
+            case "press", "units" if page.opened.start.gears is not None:
                 self.change(View.with_other_units)
             case "set", [str(name), chosen]:
                 self._set(name, chosen)
+
+    def _draw(self, drawing: Drawing, kept: Drawing | None) -> None:
+        """Another drawing, or another one that is kept: its numbers and curves at once, then its motions."""
+        page, before, reading = self.page, self.page.opened, drawing.read()
+        page.draw(opened := before.drawn(drawing, kept, reading), reading)
+        if reading.view is None:
+            page.show_view()
+        else:
+            page.view = view = redrawn(page.view, before.start, opened.start)
+            page.show_drawing()
+            self.change(lambda _: view)
+            self.start()
 
     def _set(self, name: str, chosen: Any) -> None:
         """A field or a menu was set."""
@@ -235,8 +255,8 @@ class Session:
                 self._skeleton_period = int(chosen)
                 if self.computations.skeleton_period:  # those shown are computed again
                     self.computations.ask_skeleton(self._skeleton_period)
-        elif name == "preset" and chosen == GEARS and self._start.gears is not None:
-            self.change(lambda _: self._start)
+        elif name == "preset" and chosen == GEARS and self.page.opened.start.gears is not None:
+            self.change(lambda _: self.page.opened.start)
         elif name == "preset" and (key := str(chosen)) in presets():
             preset = presets()[key]
             self.page.preset = key

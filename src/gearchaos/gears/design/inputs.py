@@ -56,9 +56,11 @@ class Inputs(Damped):
     mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
     quality: Quality | Any = field(default=None, metadata=read_by(
         Reader(values.read_quality, parts={
-            "standard": name_of(*editions()), "grade": two(whole("must be a grade", 0))}), "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
+            "standard": name_of(*editions()), "grade": two(whole("must be a grade", 0))}),
+        "E.g. { standard = 'ISO 1328-1:1995', grade = 5 }."))
     backlash: AnyBacklash | Any = field(default=None, metadata=read_by(
-        Reader(backlash_of, parts={"of": name_of(*OF), "value": one(LENGTH)}), "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
+        Reader(backlash_of, parts={"of": name_of(*OF), "value": one(LENGTH)}),
+        "E.g. backlash = { value = '0.12 mm', of = 'line of action, total' }."))
     damping_ratio: float | None = field(default=None, metadata=read_by(
         number(values.BELOW_ONE),
         "Usual mesh damping ratios are 0.03 to 0.1: Kasuba and Evans, J. Mech. Des. 103, 1981; Wang and Cheng, J. "

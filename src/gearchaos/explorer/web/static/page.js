@@ -64,7 +64,40 @@ updates.properties.data.change.connect(() => {
     const element = document.getElementById(name)
     if (element) replace_content(element, html)  // a page without gears has no run-up and no assessment
   }
-  show_values(Object.fromEntries(entries(updates.data.values[0])))
+  const values = Object.fromEntries(entries(updates.data.values[0]))
+  if (values.drawing) show_drawing(JSON.parse(values.drawing))
+  show_values(values)
+})
+
+// The form of a drawing: a plain number gets the unit that is chosen beside it.
+const boxes = (row) => [...row.querySelectorAll("input, select:not(.unit)")]
+function drawn_text(row) {
+  const unit = row.querySelector(".unit")
+  const texts = boxes(row).map(({value}) => value.trim()).map((text) =>
+    unit && /^[-+]?[\d.,][-+\d.,eE/ ]*$/.test(text) ? `${text} ${unit.value}` : text)
+  while (texts.length && !texts.at(-1)) texts.pop()
+  return texts.join(";")
+}
+function show_drawing(marks) {
+  for (const row of document.querySelectorAll("[data-key]")) {
+    const {assumed, error, note} = marks[row.dataset.key]
+    const all = boxes(row), unit = row.querySelector(".unit")
+    row.classList.toggle("wrong", Boolean(error))
+    const said = row.querySelector(".said") ?? row
+    said.textContent = error || (all.some(({value}) => value) ? "" : note)
+    for (const [number, box] of all.entries()) {
+      const text = number && all[0].value ? "as wheel 1" : assumed[number] ?? "as wheel 1"
+      const shown = (unit && text.endsWith(` ${unit.value}`) ? text.slice(0, -unit.value.length - 1) : text) || "none"
+      if (box.tagName === "SELECT") box.options[0].textContent = shown
+      else box.placeholder = shown
+      box.setAttribute("aria-invalid", Boolean(error))
+    }
+  }
+}
+document.addEventListener("change", ({target}) => {
+  if (!target.closest("#form")) return
+  const rows = [...document.querySelectorAll("#form [data-key]")].filter((row) => row.dataset.key)
+  request("draw", rows.map((row) => [row.dataset.key, drawn_text(row)]).filter(([, text]) => text))
 })
 
 // The form. Fields that are being edited are not changed.

@@ -1,0 +1,348 @@
+"""A drawing as a form: the inputs of a gear design as texts by name, and what is wrong or missing in them.
+
+What can be asked for, and how, is declared by the fields of `gearchaos.gears.design.inputs.Inputs`.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import cache, cached_property
+from typing import Any
+
+import tomlkit
+
+from gearchaos.errors import InputError, gather, unknown_name
+from gearchaos.explorer.core.models import limits, map_cells
+from gearchaos.explorer.core.state import View, view_of
+from gearchaos.gears.design.gear_design import OPERATION, GearDesign
+from gearchaos.gears.design.inputs import Inputs
+from gearchaos.gears.design.values import module_of
+from gearchaos.gears.geometry.dimensions import shift_sum
+from gearchaos.gears.io import units
+from gearchaos.gears.io.fields import Convert, Reader, one, two
+from gearchaos.gears.operation.operating import model_of_gears
+from gearchaos.studies.core.axis import Axis
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    "Teeth": ("teeth", "module", "pressure_angle", "helix_angle", "face_width"),
+    "Pair": ("centre_distance", "profile_shift", "tip_diameter", "backlash", "damping_ratio"),
+    "Flanks": ("tip_relief", "quality", "transmission_error"),
+    "Wheels": ("material", "bore"),
+    "Operation": ("speed", "torque"),
+    "More": ("rack", "tip_alteration", "inertia", "mass", "stiffness", "load_sharing", "damping_law", "lead_crowning",
+             "lead_slope", "supports", "application_factor"),
+}
+"""Headings of the form, each with its inputs; the last one is folded. Inputs that are files or lists stand in none."""
+
+EXAMPLE = {
+    "design.teeth": "23;81", "design.module": "2.5 mm", "design.face_width": "22 mm", "design.centre_distance":
+    "131.5 mm", "design.bore": "25 mm;60 mm", "design.quality.standard": "ISO 1328-1:1995", "design.quality.grade": "7",
+    "design.transmission_error": "from quality (typical)", "design.backlash.value": "0.15 mm",
+    "design.backlash.of": "line of action, total", "design.damping_ratio": "0.05", "operation.speed": "2000 rpm",
+    "operation.torque": "60 N*m"}
+"""A drawing to begin with."""
+
+_RANGES = "range"  # the table of the ranges of the map
+_MODULE, _SHIFT, _DISTANCE = "design.module", "design.profile_shift", "design.centre_distance"
+_PITCH = units.DIAMETRAL_PITCH
+_FINE = ("tip_relief.amount", "lead_crowning", "lead_slope")  # lengths that drawings have in µm
+_LONGEST = 200  # most characters of a text
+_SPLIT = 1e-4  # to which profile shifts are rounded down that the drawing leaves open
+
+
+@dataclass(frozen=True)
+class Input:
+    """One row of the form, by its key in a study file: how it is read, what it means, and what it is if left out."""
+
+    key: str
+    reader: Reader
+    words: str
+    default: Any = None
+
+    @property
+    def path(self) -> str:
+        """Its name within its table."""
+        return self.key.partition(".")[2]
+
+    @property
+    def label(self) -> str:
+        table, _, path = self.key.partition(".")
+        return f"{path}, map from, to" if table == _RANGES else path.replace("_", " ").replace(".", ": ")
+
+    @property
+    def second(self) -> str:
+        """What the second of two values is of."""
+        return "to" if self.key.startswith(_RANGES) else "wheel 2"
+
+    @property
+    def units(self) -> Sequence[str]:
+        """The units that it is offered in, the usual one first."""
+        dimension = self.reader.dimension
+        if dimension is None:
+            return ()
+        usual = dimension.drawn or (dimension.example.partition(" ")[2],)
+        if self.path in _FINE:
+            return sorted(usual, key=lambda unit: unit != "um")
+        return (*usual, _PITCH.unit) if self.key == _MODULE else usual
+
+    def read(self, text: str) -> Any:
+        """The value that a study file has for a text: texts, numbers, or a list of those of both wheels."""
+        items = [self._one(part.strip()) for part in text.split(";")]
+        return items if self.reader.both and len(items) > 1 else items[0]
+
+    def _one(self, text: str) -> Any:
+        if self.reader.dimension is None and not self.reader.names:
+            for kind in (int, float):
+                try:
+                    return kind(text)
+                except ValueError:
+                    continue
+        return text
+
+    def parts(self, text: str) -> tuple[list[str], str]:
+        """The numbers of a text of the form, and their unit; a number in another one keeps it."""
+        texts = [part.strip() for part in text.split(";")]
+        unit = next((u for u in self.units if texts[0].endswith(f" {u}")), "")
+        return [part.removesuffix(f" {unit}") if unit else part for part in texts], unit
+
+    def shown(self, value: Any, unit: str) -> list[str]:
+        """A value in SI as numbers in a unit, those of both wheels once if they are the same."""
+        size = units.to_si(self.path, f"1 {unit}", self.reader.dimension) if self.reader.dimension and unit else 1.0
+        if unit == _PITCH.unit:
+            return [f"{module_of(1.0) / value:.6g} {unit}"]
+        values = value if isinstance(value, (tuple, list)) else (value,)
+        return [f"{v / size:.6g}{f' {unit}' * bool(unit)}" if isinstance(v, (int, float)) else str(v) for v in values]
+
+
+@cache
+def inputs() -> dict[str, Input]:
+    """The inputs of the form by key, in their order."""
+    words, own = _words(), {f.name: f for f in fields(Inputs)}
+    found = {}
+    for name in (name for names in GROUPS.values() for name in names):
+        key, declared = f"{'operation' if name in OPERATION else 'design'}.{name}", own[name]
+        default = None if declared.default is MISSING else declared.default
+        reader = _reader(declared.metadata["convert"])
+        for part, convert in (reader.parts or {"": reader}).items():
+            dotted = f"{key}.{part}" if part else key
+            found[dotted] = Input(dotted, _reader(convert), words.get(name, ""),
+                                  getattr(default, part, None) if part else default)
+        if name in ("speed", "torque"):
+            ends = two(one(units.SPEED if name == "speed" else units.TORQUE), "must be two values: from and to")
+            found[f"{_RANGES}.{name}"] = Input(f"{_RANGES}.{name}", ends, f"The {name}s of the map.")
+    return found
+
+
+def _reader(convert: Convert) -> Reader:
+    return convert if isinstance(convert, Reader) else Reader(convert, names=getattr(convert, "names", ()))
+
+
+def _words() -> dict[str, str]:
+    """What the inputs mean, by name, from the docstring of `GearDesign`."""
+    found = re.findall(r"^(\w[\w, ]*) : .*\n((?:    .+\n)+)", inspect.cleandoc(GearDesign.__doc__ or ""), re.MULTILINE)
+    return {name: " ".join(text.replace("``", "").split()) for names, text in found for name in names.split(", ")}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a drawing describes: a design, None if something is wrong or a size is missing, and its view if it can run.
+
+    By key: the errors, "" for one of no input; the advice on what is needed; what is assumed for the inputs left out, of
+    both wheels with a stroke between, and from what it follows.
+    """
+
+    design: GearDesign | None = None
+    view: View | None = None
+    errors: Mapping[str, str] = field(default_factory=dict)
+    needed: Mapping[str, str] = field(default_factory=dict)
+    assumed: Mapping[str, str] = field(default_factory=dict)
+    because: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """The texts of a form by key, without those left out; values of both wheels have a semicolon between."""
+
+    texts: tuple[tuple[str, str], ...] = ()
+
+    @classmethod
+    def of(cls, texts: Mapping[Any, Any]) -> Drawing:
+        """A drawing from texts that a browser sends; raises `InputError` for one that no form has."""
+        for key, text in texts.items():
+            if key not in inputs():
+                raise unknown_name("drawing", str(key)[:40], inputs())
+            if not isinstance(text, str) or len(text) > _LONGEST:
+                raise InputError(str(key), f"must be a text of at most {_LONGEST} characters", str(text)[:40])
+        return cls(tuple((key, texts[key].strip()) for key in inputs() if texts.get(key, "").strip()))
+
+    def __getitem__(self, key: str) -> str:
+        return dict(self.texts).get(key, "")
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """What is given, by key. Menus alone make no table of several inputs."""
+        filled = {key.rpartition(".")[0] for key, _ in self.texts if not inputs()[key].reader.names}
+        return {key: inputs()[key].read(text) for key, text in self.texts
+                if key.count(".") == 1 or key.rpartition(".")[0] in filled}
+
+    def tables(self, shift: tuple[float, float] | None = None) -> dict[str, dict[str, Any]]:
+        """The tables ``[design]`` and ``[operation]`` of a study file, with profile shifts that are left open here."""
+        tables: dict[str, dict[str, Any]] = {"design": {}, "operation": {}}
+        for key, value in (self.values | ({} if shift is None else {_SHIFT: list(shift)})).items():
+            table, name, *part = key.split(".")
+            if table == _RANGES:
+                continue
+            if key == _MODULE and self[key].endswith(f" {_PITCH.unit}"):
+                name = "diametral_pitch"
+            if part:
+                tables[table].setdefault(name, {})[part[0]] = value
+            else:
+                tables[table][name] = value
+        return tables
+
+    def toml(self, design: GearDesign, view: View | None = None) -> str:
+        """A study file of the drawing, of a view at its point and over its map."""
+        left_open = _SHIFT not in self.values and any(design.profile_shift or ())
+        tables = self.tables(design.profile_shift if left_open else None)
+        document = tomlkit.document()
+        if left_open:
+            document.add(tomlkit.comment("The profile shifts follow from the centre distance, half of their sum each."))
+        if view is not None:
+            point = view.operating_point
+            tables["operation"] |= {n: f"{point.value(n):.10g} {unit}" for n, unit in (
+                ("speed", "rpm"), ("torque", "N*m"))}
+            tables["study"] = {"kind": "zones", **{
+                n: f"{a.name}={a.start!r}:{a.stop!r}:{a.count}" for n, a in (("x", view.x), ("y", view.y))}}
+        for name, table in tables.items():
+            section = tomlkit.table()
+            for key, value in table.items():
+                section[key] = _inline(value) if isinstance(value, dict) else value
+            document[name] = section
+        return tomlkit.dumps(document)
+
+    def read(self) -> Reading:
+        """What the drawing describes, with the messages of the library by the inputs that they are about."""
+        errors = {}
+        for key, value in self.values.items():
+            try:
+                if key == _MODULE and self[key].endswith(_PITCH.unit):
+                    module_of(value)
+                else:
+                    inputs()[key].reader(inputs()[key].path, value)
+            except InputError as error:
+                errors[key] = _said(error)
+        missing = {f"design.{f.name}": "" for f in fields(GearDesign)
+                   if (f.default is MISSING or f.name == "module") and f"design.{f.name}" not in self.values}
+        if errors or missing:
+            return Reading(errors=errors, needed=missing, assumed=_assumed(None))
+        try:
+            design, shift = self._design()
+        except InputError as error:
+            return Reading(errors=self._placed(error), assumed=_assumed(None))
+        said = _assumed(design)
+        because = {} if shift is None else {_SHIFT: "Assumed: half of the sum that the centre distance needs, each."}
+        try:
+            view = self._view(design)
+            ranges = ((axis, inputs()[f"{_RANGES}.{axis.name}"]) for axis in (view.x, view.y))
+            said |= {each.key: " / ".join(f"{end:g} {each.units[0]}" for end in (axis.start, axis.stop))
+                     for axis, each in ranges}
+            return Reading(design, view, assumed=said, because=because)
+        except InputError as error:
+            if error.value is None:  # inputs that a model needs
+                advice = {f.name: f.metadata["advice"] for f in fields(GearDesign) if "advice" in f.metadata}
+                left_out = re.split(", | and ", error.field)
+                needed = {key: advice[key.split(".")[1]] for key in inputs()
+                          if key.split(".")[1] in left_out and not key.startswith(_RANGES)}
+                return Reading(design, needed=needed, assumed=said, because=because)
+            return Reading(design, errors=self._placed(error), assumed=said, because=because)
+
+    def _design(self) -> tuple[GearDesign, tuple[float, float] | None]:
+        """The design, and the profile shifts if the centre distance needs some and the drawing leaves them open."""
+        tables = self.tables()
+        try:
+            return GearDesign.from_tables(**tables), None
+        except InputError as error:
+            if error.field != "profile_shift" or _SHIFT in self.values:
+                raise
+        names = ("teeth", "module", "diametral_pitch", "face_width", "pressure_angle", "helix_angle")
+        nominal = GearDesign(**{n: v for n, v in tables["design"].items() if n in names}).geometry
+        distance = units.to_si("centre_distance", tables["design"]["centre_distance"], units.LENGTH)
+        half = math.floor(shift_sum(replace(nominal, centre_distance=distance)) / 2 / _SPLIT) * _SPLIT
+        shift = round(half, 4), round(half, 4)
+        return GearDesign.from_tables(**self.tables(shift)), shift
+
+    def _view(self, design: GearDesign) -> View:
+        """The view of a design over the ranges of the drawing; raises `InputError` where an input is missing."""
+        model = model_of_gears(design)
+
+        def axis(name: str) -> Axis | None:
+            if (given := self.values.get(f"{_RANGES}.{name}")) is None:
+                return None
+            key = f"{_RANGES}.{name}"
+            start, stop = inputs()[key].reader(key, given)
+            least, most = limits(model, name)
+            for end in (start, stop):
+                if not least <= end <= most:
+                    raise InputError(key, f"must lie between {least:.4g} and {most:.4g} in the explorer", end,
+                                     "At lower speeds a mesh period takes long to compute." if name == "speed" else "")
+            return Axis(name, start, stop, map_cells(model)[0])
+
+        x, y = gather(lambda name=name: axis(name) for name in ("speed", "torque"))  # type: ignore[misc]
+        return view_of(model, x, y)
+
+    def _placed(self, error: InputError) -> dict[str, str]:
+        """An error at the input that it is about; at "" if it is about none."""
+        about = {"diametral_pitch": "module", "omega": "speed"}.get(error.field, re.sub(r"\[\d\]", "", error.field))
+        near = [key for key, each in inputs().items() if f"{about}.".startswith(f"{each.path}.")
+                or f"{each.path}.".startswith(f"{about}.")]
+        near.sort(key=lambda key: key not in self.values)  # one that is given, if there is any
+        return {near[0]: _said(error)} if near else {"": str(error)}
+
+
+def changes(before: Drawing, after: Drawing) -> list[tuple[str, str, str]]:
+    """The inputs in which two drawings differ: in words, what each has; "not given" where it has none."""
+    return [(each.label, before[key].replace(";", " / ") or "not given", after[key].replace(";", " / ") or "not given")
+            for key, each in inputs().items() if before[key] != after[key]]
+
+
+def _inline(table: Mapping[str, Any]) -> Any:
+    made = tomlkit.inline_table()
+    made.update(table)
+    return made
+
+
+def _said(error: InputError) -> str:
+    """A message without the name of its field, beside which it stands."""
+    return str(error).removeprefix(error.field).lstrip()
+
+
+def _assumed(design: GearDesign | None) -> dict[str, str]:
+    """What is taken for each input that is left out: of a design or its geometry, or else the default; empty for none.
+    """
+    out = {}
+    later = () if design else _of_motions()
+    for key, each in inputs().items():
+        name, _, part = each.path.partition(".")
+        value = each.default
+        if design is not None and not key.startswith(_RANGES) and not each.reader.names:
+            value = getattr(design, name)
+            value = getattr(design.geometry, name, None) if value is None else getattr(value, part) if part else value
+        shown = value is not None and value != ()
+        unit = each.units[0] if each.units else ""
+        out[key] = " / ".join(each.shown(value, unit)) if shown else "needed for motions" * (name in later)
+    return out
+
+
+@cache
+def _of_motions() -> list[str]:
+    """The names of the inputs without which a design has no model."""
+    try:
+        GearDesign.from_tables({n: inputs()[f"design.{n}"].read(EXAMPLE[f"design.{n}"]) for n in (
+            "teeth", "module", "face_width")}).to_pair()
+    except InputError as error:
+        return re.split(", | and ", error.field)
+    return []

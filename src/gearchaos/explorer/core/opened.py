@@ -1,0 +1,157 @@
+"""What a page opens with: the gears of the server, or those that its address names."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import tomllib
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from tempfile import TemporaryDirectory
+from typing import Any
+from urllib.parse import parse_qsl, urlencode
+
+from gearchaos.errors import InputError, unknown_name
+from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, Reading, inputs
+from gearchaos.explorer.core.models import as_operating_axis, value_on
+from gearchaos.explorer.core.state import View, view_of
+from gearchaos.explorer.core.text import as_toml
+from gearchaos.files import examples
+from gearchaos.gears.operation.operating import OperatingModel
+from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.uncertainty.distributions import as_text
+from gearchaos.studyfile import LoadedStudy, load_study
+
+KEPT = "kept."  # before the keys of the drawing that is kept beside the one on show
+DRAWING, EXAMPLE_FILE, STUDY = "drawing", "example", "study"
+"""Names in an address: a page with an empty form; a study file of the examples; a study file itself, packed."""
+
+_MOST_BYTES = 100_000  # of a study file in an address
+
+
+@dataclass(frozen=True)
+class Opened:
+    """The first view of a page, whose gears are those of the page, and the part of the address that names them; a page
+    with a form has a drawing, and perhaps another one that is kept beside it."""
+
+    start: View
+    named: tuple[tuple[str, str], ...] = ()
+    drawing: Drawing | None = None
+    kept: Drawing | None = None
+
+    def drawn(self, drawing: Drawing, kept: Drawing | None, reading: Reading) -> Opened:
+        """The same page with another drawing, and the view of the last one that could run."""
+        named = ((DRAWING, ""), *drawing.texts, *((KEPT + key, text) for key, text in (kept.texts if kept else ())))
+        return Opened(reading.view or self.start, named, drawing, kept)
+
+    @property
+    def has_gears(self) -> tuple[bool, bool]:
+        """Whether it is about gears, and about a pair of them."""
+        return self.start.gears is not None, isinstance(self.start.model, OperatingModel)
+
+    @property
+    def query(self) -> str:
+        """The part of the address that names the gears, with an ampersand at its end."""
+        return f"{urlencode(self.named, safe=';/*')}&" if self.named else ""
+
+    def toml(self, view: View) -> str:
+        """A study file of the page: of a drawing in its own words, unless the gears were changed apart from it."""
+        if self.drawing is None:
+            return as_toml(view)
+        design = self.drawing.read().design
+        if design is None:
+            return ""
+        point = {name: view.operating_point.value(name) for name in ("speed", "torque")}
+        return self.drawing.toml(design, view) if view.gears == design.at(**point) else as_toml(view)
+
+
+def opened(query: str, default: Opened) -> tuple[Opened, str]:
+    """What the query of an address opens, by default the server's own, and the rest of it, which is about the view.
+
+    Raises `InputError` for a file that cannot be read, and a drawing that no form has.
+    """
+    given = dict(parse_qsl(query.removeprefix("?"), keep_blank_values=True))
+    kept = {key: text for key, text in given.items() if key.removeprefix(KEPT) in inputs() and key.startswith(KEPT)}
+    drawn = {key: text for key, text in given.items() if key in inputs()}
+    names = {*kept, *drawn, DRAWING, EXAMPLE_FILE, STUDY} & given.keys()
+    rest = urlencode({name: value for name, value in given.items() if name not in names}, safe=":,=")
+    if DRAWING in given:
+        drawing = Drawing.of(drawn)
+        other = Drawing.of({key.removeprefix(KEPT): text for key, text in kept.items()}) if kept else None
+        return Opened(example_drawing()).drawn(drawing, other, drawing.read()), rest
+    if EXAMPLE_FILE in given:
+        return Opened(_example(given[EXAMPLE_FILE]), ((EXAMPLE_FILE, given[EXAMPLE_FILE]),)), rest
+    if STUDY in given:
+        return Opened(_unpacked(given[STUDY]), ((STUDY, given[STUDY]),)), rest
+    return default, rest
+
+
+@lru_cache
+def example_drawing() -> View:
+    """The view of the example of a drawing, which stands behind a form that is not complete."""
+    view = Drawing.of(EXAMPLE).read().view
+    assert view is not None
+    return view
+
+
+def redrawn(view: View, before: View, after: View) -> View:
+    """A view of gears, of which ``before`` was the first, with the gears of the first view ``after``: at the same point
+    and over the same part of the map, unless the drawing has others now."""
+    x, y = (getattr(after if getattr(before, n) != getattr(after, n) else view, n) for n in "xy")
+    same = all(before.model.value(name) == after.model.value(name) for name in ("speed", "torque"))
+    kept = same and (x.name, y.name) == (view.x.name, view.y.name)
+    at = view.at if kept else (value_on(after.model, x), value_on(after.model, y))
+    return replace(after, x=x, y=y, at=at, colour=view.colour, line=view.line, physical=view.physical,
+                   change=view.change, run=view.run if before.run == after.run else after.run)
+
+
+def study_view(loaded: LoadedStudy, given: Sequence[Axis] = ()) -> View:
+    """The first view of a study file: over these axes, otherwise those of its study. For gears the ranges of ω and q0
+    are those of the speed and torque."""
+    options = loaded.options_for("zones")
+    of_study = [options[name] for name in ("x", "y") if name in options]
+    if isinstance(loaded.model, OperatingModel):
+        of_study = [as_operating_axis(loaded.model.gears, axis) for axis in of_study]
+    vary = tuple(map(as_text, loaded.options_for("scatter").get("vary", ())))
+    return view_of(loaded.model, *(given or of_study), vary=vary)
+
+
+@lru_cache
+def _example(name: str) -> View:
+    """The view of a study file of the examples, by its name without suffix."""
+    found = {path.stem: path for path in examples() if path.suffix == ".toml"}
+    if name not in found:
+        raise unknown_name(EXAMPLE_FILE, name[:40], found)
+    return study_view(load_study(found[name]))
+
+
+@lru_cache
+def _unpacked(packed: str) -> View:
+    """The view of a study file that an address holds: its text by zlib, in base64 for addresses."""
+    try:
+        unpack = zlib.decompressobj()
+        content = unpack.decompress(base64.urlsafe_b64decode(f"{packed}=="), _MOST_BYTES)
+        document = tomllib.loads(content.decode("utf-8-sig"))
+    except (binascii.Error, zlib.error, ValueError, RecursionError) as error:
+        raise InputError("study file", "must be valid TOML", packed[:20], f"{error}.") from None
+    if unpack.unconsumed_tail:
+        raise InputError("study file", f"must have at most {_MOST_BYTES:,} bytes here", packed[:20])
+    for text in _texts(document):
+        if any(path(text).is_absolute() or ".." in path(text).parts for path in (PurePosixPath, PureWindowsPath)):
+            raise InputError("study file", "must name no other file on a page", text,
+                             "Start the explorer with it: gearchaos explore FILE.")
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "study.toml"
+        path.write_bytes(content)
+        return study_view(load_study(path))
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """All texts in a document."""
+    if isinstance(value, str):
+        yield value
+    for each in value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ():
+        yield from _texts(each)

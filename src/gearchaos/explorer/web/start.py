@@ -1,0 +1,34 @@
+"""The page with which the explorer opens without a file: what to look at. It loads nothing else."""
+
+from __future__ import annotations
+
+from functools import cache
+from urllib.parse import urlencode
+
+from tornado.web import RequestHandler
+
+from gearchaos.explorer.core.drawing import EXAMPLE
+from gearchaos.explorer.core.opened import DRAWING, EXAMPLE_FILE, STUDY
+from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.text import to_query
+from gearchaos.explorer.web.messages import asset, render
+from gearchaos.files import examples
+
+
+class Start(RequestHandler):
+    """The page that offers a choice."""
+
+    def get(self) -> None:
+        """The page; called by Tornado."""
+        self.write(_page())
+
+
+@cache
+def _page() -> str:
+    files = [(path.stem, path.read_text(encoding="utf-8")) for path in examples() if path.suffix == ".toml"]
+    return render(
+        "web/templates/start.html.j2", css=asset("web/static/page.css"), drawing=f"./?{DRAWING}=", study=STUDY,
+        example=f"./?{urlencode({DRAWING: '', **EXAMPLE}, safe=';/*')}",
+        figures=[(f"./?{to_query(each.view)}", each.name) for each in presets().values()],
+        examples={kind: [(f"./?{EXAMPLE_FILE}={name}", name.replace("_", " "))
+                         for name, text in files if f"[{kind}" in text] for kind in ("train", "design")})
