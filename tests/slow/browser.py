@@ -55,7 +55,7 @@ def served(*arguments, few=False):
         said = []
         for line in process.stderr:
             said.append(line)
-            if found := re.search(r"http://\S+", line):
+            if found := re.search(r"http://[^/\s]+/", line):
                 break
         assert said and found, said
         try:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.presets import presets
 from gearchaos.explorer.core.state import view_of
 from gearchaos.explorer.core.worker import Workers
@@ -76,7 +77,7 @@ class Page:
         self.display, workers = Display(), Workers(self.quick, self.slow, self.branches, self.curves)
         self.computations = Computations("page", view, workers, lambda call: call(), self.display)
         self.view = view
-        self.computations.start()
+        self.computations.start(self.view)
 
     def move(self, view):
         """Move to another view, but for the rest of it."""
@@ -100,7 +101,7 @@ class Page:
 def session(view, start):
     workers = Workers(*(Worker() for _ in range(4)))
     document = SimpleNamespace(add_timeout_callback=lambda *_: None, add_next_tick_callback=lambda call: call())
-    return Session(view, workers, document, start), workers
+    return Session(view, workers, document, Opened(start)), workers
 
 
 @pytest.fixture

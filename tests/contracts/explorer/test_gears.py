@@ -9,6 +9,7 @@ import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import axis_names, gear_values, operating_axes
+from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.presets import preset_of
 from gearchaos.explorer.core.state import view_of
 from gearchaos.explorer.core.style import Units
@@ -86,7 +87,7 @@ def test_the_form_has_speed_and_torque_in_place_of_omega_and_q0(first):
     assert all(units.values()) and units["x1_dot"] == "Δω₀" and units["theta1"] == "rad" and units["eps1"] == "–"
     assert "omega" in field_values(first.with_axis("x", "omega"))
     assert field_values(first).get("grade") == {GEARS: 6.0, PAIR: None}[first]
-    page = Page(first, first)
+    page = Page(Opened(first), first)
     page.show_view()
     assert page.messages._values["alike"] == (first is GEARS)  # the wheels of the pair are not
     plain = parameter_form(PAPER, (), PAPER)

@@ -8,6 +8,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.errors import InputError
+from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.state import view_of
 from gearchaos.explorer.core.style import Units
 from gearchaos.explorer.features.knock.job import AFTER, BEFORE, knocked_motion, motion_to_knock
@@ -100,7 +101,7 @@ def test_motions_to_avoid_and_without_load_are_refused_in_words(view, words):
 
 def test_pairs_have_the_button_and_it_goes_with_the_point(found):
     for view, has in ((VIEW, True), (PAIR, True), (PAPER, False), (TRAIN, False)):
-        assert ("knock" in Page(view, view).roots()) == has
+        assert ("knock" in Page(Opened(view), view).roots()) == has
     opened, workers = session(VIEW, GEARS)
     page, computed = opened.page, opened.computations
     page.messages.act("press", "knock")

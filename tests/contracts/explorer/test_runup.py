@@ -15,6 +15,7 @@ import gearchaos as gc
 from gearchaos.datasets import from_netcdf_bytes
 from gearchaos.errors import InputError
 from gearchaos.execute.progress import on_progress
+from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.run import Run
 from gearchaos.explorer.core.state import view_of
 from gearchaos.explorer.features.runup.job import RunUpResult, _wav, run_up
@@ -96,7 +97,7 @@ def test_a_force_that_does_not_vary_is_shown_without_sound():
 
 
 def sent(found, view):
-    page, out = Page(GEARS, view), []
+    page, out = Page(Opened(GEARS), view), []
     page.messages.set_run_up = out.append
     page.show_run_up(found)
     return out[0]
@@ -118,7 +119,7 @@ def test_the_browser_gets_lines_in_the_order_of_time_images_and_sound(found):
 
 
 def test_a_run_is_played_after_its_figures_are_set_up(found):
-    page, later, seen = Page(GEARS, RUN), [], []
+    page, later, seen = Page(Opened(GEARS), RUN), [], []
     page.messages.attach(SimpleNamespace(js_on_event=lambda *_: None, add_next_tick_callback=later.append),
                          page.map.figure)
     _, updates, _, run_up_source, requests = page.map.figure.tags
@@ -150,7 +151,7 @@ def test_jumps_are_dots_in_the_order_of_time_and_in_words(found):
 def test_the_longest_run_that_can_be_asked_for_is_a_few_megabytes(found):
     sizes = {"direction": 2, "speed": 400, "order": 5000}
     names = {"dynamic_factor": ("direction", "speed"), "order_force": ("direction", "speed", "order")}
-    ds, page = found[1].dataset, Page(GEARS, RUN)
+    ds, page = found[1].dataset, Page(Opened(GEARS), RUN)
     axes = {n: (n, values, ds[n].attrs) for n, values in (
         ("speed", np.linspace(500.0, 6000.0, 400)), ("order", np.arange(5000.0)))}
     large = ds.drop_vars([n for n, v in ds.variables.items() if {"speed", "order"} & {*v.dims}]).assign_coords(axes)

@@ -20,6 +20,7 @@ from gearchaos.dynamics import Label
 from gearchaos.errors import InputError
 from gearchaos.explorer.core import bounds, models
 from gearchaos.explorer.core.models import axis_names
+from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.presets import presets
 from gearchaos.explorer.core.state import view_of
 from gearchaos.explorer.core.style import hint, motion_hint, plain, title
@@ -118,7 +119,7 @@ def test_the_last_verdict_at_a_point_is_that_of_regime(model):
 def test_the_words_of_a_first_verdict_come_before_the_figures():
     """Every figure that changes is painted before the next frame, with the verdict in it."""
     view = view_of(gc.MeshModel.of(omega=0.8, q0=0.1, eps1=0.1))
-    page, shown = Page(view, view), []
+    page, shown = Page(Opened(view), view), []
     for name in ("portrait", "phase", "history", "spectrum"):
         getattr(page, name).show = lambda *_, name=name: shown.append(name)
     verdict, then = point_motion(view.point)
@@ -306,7 +307,7 @@ def test_everything_on_the_page_is_explained_in_words():
 
 
 def test_ends_of_axes_that_the_browser_finds_are_not_sent_to_the_server():
-    figures = Page(PAPER, PAPER).roots()
+    figures = Page(Opened(PAPER), PAPER).roots()
     found = [ends for figure in figures.values() for ends in (figure.x_range, figure.y_range)]
     assert {isinstance(ends, DataRange1d) for ends in found if not ends.syncable} == {True}
     assert {isinstance(ends, DataRange1d) for ends in found if ends.syncable} == {False}

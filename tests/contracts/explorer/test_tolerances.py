@@ -11,6 +11,7 @@ import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.datasheet.scatter import answer, scatter_document
 from gearchaos.errors import InputError
+from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.text import from_query, to_query
 from gearchaos.explorer.features.tolerances import job as jobs
 from gearchaos.explorer.features.tolerances.job import tolerances
@@ -104,7 +105,7 @@ speed = "speed=1500:5500:3"
 
 def test_pairs_have_the_figure_and_a_button_that_asks():
     for view, has in ((VIEW, True), (PAIR, True), (PAPER, False), (TRAIN, False)):
-        assert ("cloud" in Page(view, view).roots()) == has
+        assert ("cloud" in Page(Opened(view), view).roots()) == has
     opened, workers = session(VIEW, GEARS)
     opened.page.messages.act("press", "tolerances")
     assert workers.branches.asked == ["tolerances"]

@@ -9,6 +9,7 @@ from gearchaos.cli.explore import _view
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import axis_names
+from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.style import Units
 from gearchaos.explorer.features.map.panel import MapFigure
 from gearchaos.explorer.features.motion.panel import verdict_text, wheels_of
@@ -39,7 +40,7 @@ def test_a_train_opens_over_its_speed_and_a_torque(name, axes, cells):
     assert {axis.name: (axis.start, axis.stop) for axis in (view.x, view.y)} == axes
     assert (view.x.count, view.y.count) == cells and view.physical and view.colour == "contact"
     assert view.at == tuple(view.model.value(axis) for axis in axes)
-    page = Page(view, view)
+    page = Page(Opened(view), view)
     page.show_view()
     form = parameter_form(view, (), view)
     fields = [field for group in (*form.groups, *form.folded) for field in group.fields]
@@ -88,7 +89,7 @@ def test_a_click_gives_the_values_of_each_mesh_and_draws_that_chosen():
         assert peak == pytest.approx(known["force_peak"], rel=2e-2)
         apart = abs(drawn[mesh]["z"]) < wheels_of(view).half_backlash
         assert 1 - apart.mean() == pytest.approx(known["front_share"], abs=0.02)
-        page = Page(IDLER, view)
+        page = Page(Opened(IDLER), view)
         page.show_point_motion(found)
         assert f"The figures of the motion are those of {mesh}" in page.messages._html["verdict"]
     assert drawn["motor/idler"]["z"].values == pytest.approx(found.trajectory["z"].values)

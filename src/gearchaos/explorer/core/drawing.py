@@ -151,8 +151,8 @@ def _words() -> dict[str, str]:
 class Reading:
     """What a drawing describes: a design, None if something is wrong or a size is missing, and its view if it can run.
 
-    By key: the errors, "" for one of no input; the advice on what is needed; what is assumed for the inputs left out, of
-    both wheels with a stroke between, and from what it follows.
+    By key: the errors, "" for one of no input; the advice on what is needed; what is assumed for the inputs left out,
+    of both wheels with a stroke between, and from what it follows.
     """
 
     design: GearDesign | None = None
@@ -296,6 +296,8 @@ class Drawing:
 
     def _placed(self, error: InputError) -> dict[str, str]:
         """An error at the input that it is about; at "" if it is about none."""
+        if error.field in inputs():
+            return {error.field: _said(error)}
         about = {"diametral_pitch": "module", "omega": "speed"}.get(error.field, re.sub(r"\[\d\]", "", error.field))
         near = [key for key, each in inputs().items() if f"{about}.".startswith(f"{each.path}.")
                 or f"{each.path}.".startswith(f"{about}.")]
@@ -305,8 +307,11 @@ class Drawing:
 
 def changes(before: Drawing, after: Drawing) -> list[tuple[str, str, str]]:
     """The inputs in which two drawings differ: in words, what each has; "not given" where it has none."""
-    return [(each.label, before[key].replace(";", " / ") or "not given", after[key].replace(";", " / ") or "not given")
-            for key, each in inputs().items() if before[key] != after[key]]
+    def shown(text: str) -> str:
+        return text.replace(";", " / ").replace(" um", " µm") or "not given"
+
+    return [(each.label, shown(before[key]), shown(after[key])) for key, each in inputs().items()
+            if before[key] != after[key]]
 
 
 def _inline(table: Mapping[str, Any]) -> Any:
@@ -328,7 +333,10 @@ def _assumed(design: GearDesign | None) -> dict[str, str]:
     for key, each in inputs().items():
         name, _, part = each.path.partition(".")
         value = each.default
-        if design is not None and not key.startswith(_RANGES) and not each.reader.names:
+        if key.startswith(_RANGES):
+            out[key] = "usual / usual"
+            continue
+        if design is not None and not each.reader.names:
             value = getattr(design, name)
             value = getattr(design.geometry, name, None) if value is None else getattr(value, part) if part else value
         shown = value is not None and value != ()

@@ -85,8 +85,9 @@ class Computations:
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
-    def start(self) -> None:
+    def start(self, view: View) -> None:
         """Compute what a new page shows."""
+        self._view = view
         self._ask_point_motion()
         self._ask_map()
         self._awaits_map = True

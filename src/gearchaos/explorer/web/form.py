@@ -104,8 +104,8 @@ _BUTTONS = {
 def parameter_form(view: View, merged: Iterable[str], start: View, drawn: bool = False) -> Form:
     """The form for the model of a view, with one field for both members of the ``merged`` pairs.
 
-    ``start`` is what the page shows first; its gears determine the ranges of the sliders of speed and torque. Those that
-    are ``drawn`` have a form of their own.
+    ``start`` is what the page shows first; its gears determine the ranges of the sliders of speed and torque. Those
+    that are ``drawn`` have a form of their own.
     """
     if isinstance(view.model, TrainModel):
         return _train_form(view.model, start)

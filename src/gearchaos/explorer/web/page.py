@@ -118,16 +118,14 @@ class Page:
         assert reading is not None and drawing is not None
         self.messages.set_values({"drawing": json.dumps(marks(reading))})
         design = gears if self.is_drawn and isinstance(gears, GearDesign) else reading.design
-        if design is None:
-            self._write("sheet", "features/drawing/sheet", text=None, needed=reading.needed, errors=reading.errors)
-            return
-        if self._sheet is None or (self._sheet.drawing, self._sheet.kept, self._sheet.design) != (
-                drawing, kept, design):
+        before = self._sheet
+        if design is not None and (before is None or (before.drawing, before.kept, before.design) != (
+                drawing, kept, design)):
             self._sheet = Sheet.of(drawing, design, kept)
             for each in self.cycles:
                 each.show(self._sheet)
-        self._write("sheet", "features/drawing/sheet", text=sheet_text(self._sheet), needed=reading.needed,
-                    errors=reading.errors)
+        self._write("sheet", "features/drawing/sheet", text=self._sheet and sheet_text(self._sheet),
+                    needed=reading.needed, errors=reading.errors)
 
     def draw(self, opened: Opened, reading: Reading) -> None:
         """Take another drawing, or another one to keep."""

@@ -86,7 +86,7 @@ class Session:
         """Begin to compute, once there is something to compute; results can only be sent once the page is connected."""
         if not self._started and self.page.is_drawn:
             self._started = True
-            self.computations.start()
+            self.computations.start(self.page.view)
 
     def close(self) -> None:
         """Cancel all computations of the page."""
@@ -240,12 +240,13 @@ class Session:
         """Another drawing, or another one that is kept: its numbers and curves at once, then its motions."""
         page, before, reading = self.page, self.page.opened, drawing.read()
         page.draw(opened := before.drawn(drawing, kept, reading), reading)
-        if reading.view is None:
-            page.show_view()
-        else:
-            page.view = view = redrawn(page.view, before.start, opened.start)
-            page.show_drawing()
+        view = page.view if reading.view is None else redrawn(page.view, before.start, opened.start)
+        if self._started and reading.view is not None:
             self.change(lambda _: view)
+            page.show_drawing()
+        else:
+            page.view = view
+            page.show_view()
             self.start()
 
     def _set(self, name: str, chosen: Any) -> None:

@@ -129,13 +129,14 @@ class SheetText(NamedTuple):
     rows: list[Row]
     changed: list[tuple[str, str, str]] | None
     address: str  # of a page with the drawing that is kept
+    notes: tuple[str, ...]
 
 
 def sheet_text(sheet: Sheet) -> SheetText:
     """A sheet in words."""
     rows, kept, design = [], sheet.kept, sheet.design
     for name, entry in sheet.now.entries.items():
-        if entry.value is None and entry.expected:
+        if (entry.value is None and entry.expected) or (name == "overlap_ratio" and not entry.value):
             continue
         other = sheet.before and sheet.before.entries[name]
         rows.append(Row(entry.words, entry.unit, _shown(entry), "" if other is None else _shown(other),
@@ -144,7 +145,8 @@ def sheet_text(sheet: Sheet) -> SheetText:
     at = [f"{value:.6g} {unit}" for value, unit in ((design.speed, "rpm"), (design.torque, "N m")) if value is not None]
     return SheetText(", ".join([pair_title(design), *at]), teeth(design), rows,
                      None if kept is None else changes(kept, sheet.drawing),
-                     "" if kept is None else urlencode({"drawing": "", **dict(kept.texts)}, safe=";/*"))
+                     "" if kept is None else urlencode({"drawing": "", **dict(kept.texts)}, safe=";/*"),
+                     (*design.warnings, *design.assumptions))
 
 
 def _values(entry: Entry) -> tuple[float, ...]:

@@ -87,7 +87,7 @@ function show_drawing(marks) {
     said.textContent = error || (all.some(({value}) => value) ? "" : note)
     for (const [number, box] of all.entries()) {
       const text = number && all[0].value ? "as wheel 1" : assumed[number] ?? "as wheel 1"
-      const shown = (unit && text.endsWith(` ${unit.value}`) ? text.slice(0, -unit.value.length - 1) : text) || "none"
+      const shown = (unit && text.endsWith(` ${unit.value}`) ? text.slice(0, -unit.value.length - 1) : text) || "not given"
       if (box.tagName === "SELECT") box.options[0].textContent = shown
       else box.placeholder = shown
       box.setAttribute("aria-invalid", Boolean(error))
