@@ -73,7 +73,7 @@ def served():
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     try:
         for line in process.stderr:
-            if found := re.search(r"http://\S+", line):
+            if found := re.search(r"http://[^/\s]+/", line):
                 break
         yield found[0], psutil.Process(process.pid)
     finally:

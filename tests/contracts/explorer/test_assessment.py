@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from html import unescape
 
 import pytest
 
@@ -153,9 +154,11 @@ def test_a_range_that_is_chosen_moves_the_point_to_its_middle(found):
 
 
 def test_it_is_saved_as_pictures_and_as_the_json_of_the_command_with_the_study_file(found, tmp_path):
-    for suffix, begins in (("png", b"\x89PNG"), ("svg", b"<?xml")):
+    for suffix, begins in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("html", b"<!doctype html>")):
         (content, _, name), = export.assessment(suffix, found, LINE)
         assert content.startswith(begins) and name == f"gearchaos-assessment.{suffix}"
+    (page, media, _), = export.assessment("html", found, LINE)
+    assert media == "text/html" and decision(found)[0][1:] in unescape(page.decode())
     (content, media, name), = export.assessment("json", found, LINE)
     document = json.loads(content)
     (tmp_path / "study.toml").write_text(document.pop("study_file"))

@@ -101,7 +101,7 @@ class Page:
 def session(view, start):
     workers = Workers(*(Worker() for _ in range(4)))
     document = SimpleNamespace(add_timeout_callback=lambda *_: None, add_next_tick_callback=lambda call: call())
-    return Session(view, workers, document, Opened(start)), workers
+    return Session(view, workers, document, start if isinstance(start, Opened) else Opened(start)), workers
 
 
 @pytest.fixture

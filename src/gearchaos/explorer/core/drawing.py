@@ -279,16 +279,20 @@ class Drawing:
         """The view of a design over the ranges of the drawing; raises `InputError` where an input is missing."""
         model = model_of_gears(design)
 
+        def checked(key: str, *values: float) -> None:
+            name, (least, most) = inputs()[key].path, limits(model, inputs()[key].path)
+            for value in values:
+                if not least <= value <= most:
+                    raise InputError(key, f"must lie between {least:.4g} and {most:.4g} {inputs()[key].units[0]} here",
+                                     value, "At low speeds a motion takes long to compute." if name == "speed" else "")
+
         def axis(name: str) -> Axis | None:
-            if (given := self.values.get(f"{_RANGES}.{name}")) is None:
-                return None
             key = f"{_RANGES}.{name}"
-            start, stop = inputs()[key].reader(key, given)
-            least, most = limits(model, name)
-            for end in (start, stop):
-                if not least <= end <= most:
-                    raise InputError(key, f"must lie between {least:.4g} and {most:.4g} in the explorer", end,
-                                     "At lower speeds a mesh period takes long to compute." if name == "speed" else "")
+            checked(f"operation.{name}", getattr(design, name))
+            if key not in self.values:
+                return None
+            start, stop = inputs()[key].reader(key, self.values[key])
+            checked(key, start, stop)
             return Axis(name, start, stop, map_cells(model)[0])
 
         x, y = gather(lambda name=name: axis(name) for name in ("speed", "torque"))  # type: ignore[misc]

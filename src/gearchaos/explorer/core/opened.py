@@ -16,7 +16,7 @@ from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, Reading, inputs
-from gearchaos.explorer.core.models import as_operating_axis, value_on
+from gearchaos.explorer.core.models import as_operating_axis, own_kind, own_model, value_on
 from gearchaos.explorer.core.state import View, view_of
 from gearchaos.explorer.core.text import as_toml
 from gearchaos.files import examples
@@ -64,8 +64,10 @@ class Opened:
         design = self.drawing.read().design
         if design is None:
             return ""
-        point = {name: view.operating_point.value(name) for name in ("speed", "torque")}
-        return self.drawing.toml(design, view) if view.gears == design.at(**point) else as_toml(view)
+        model: Any = view.point
+        gears = design.at(**{n: view.point.value(n) for n in ("speed", "torque")})
+        own = model == replace(own_model(gears, own_kind(gears)), gears=model.gears) and view.gears == gears
+        return self.drawing.toml(design, view) if own else as_toml(view)
 
 
 def opened(query: str, default: Opened) -> tuple[Opened, str]:
@@ -97,15 +99,27 @@ def example_drawing() -> View:
     return view
 
 
-def redrawn(view: View, before: View, after: View) -> View:
-    """A view of gears, of which ``before`` was the first, with the gears of the first view ``after``: at the same point
-    and over the same part of the map, unless the drawing has others now."""
-    x, y = (getattr(after if getattr(before, n) != getattr(after, n) else view, n) for n in "xy")
-    same = all(before.model.value(name) == after.model.value(name) for name in ("speed", "torque"))
-    kept = same and (x.name, y.name) == (view.x.name, view.y.name)
-    at = view.at if kept else (value_on(after.model, x), value_on(after.model, y))
-    return replace(after, x=x, y=y, at=at, colour=view.colour, line=view.line, physical=view.physical,
-                   change=view.change, run=view.run if before.run == after.run else after.run)
+def redrawn(view: View, before: Opened, after: Opened) -> View:
+    """A view of the gears of one drawing with those of another: at the same point and over the same part of the map,
+    unless the other drawing has another operating point or ranges."""
+    first, start = before.start, after.start
+
+    def axis(which: str) -> Axis:
+        shown, own, new = (getattr(each, which) for each in (view, first, start))
+        return new if shown == own or _differ(before, after, f"range.{new.name}") else shown
+
+    x, y = axis("x"), axis("y")
+    moved = _differ(before, after, "operation.speed", "operation.torque") or (x.name, y.name) != (
+        view.x.name, view.y.name)
+    at = (value_on(start.model, x), value_on(start.model, y)) if moved else view.at
+    return replace(start, x=x, y=y, at=at, colour=view.colour, line=view.line, physical=view.physical,
+                   change=view.change, run=start.run if view.run == first.run else view.run)
+
+
+def _differ(before: Opened, after: Opened, *keys: str) -> bool:
+    """Whether two drawings have other texts of these inputs."""
+    one, other = before.drawing or Drawing(), after.drawing or Drawing()
+    return any(one[key] != other[key] for key in keys)
 
 
 def study_view(loaded: LoadedStudy, given: Sequence[Axis] = ()) -> View:
@@ -133,7 +147,7 @@ def _unpacked(packed: str) -> View:
     """The view of a study file that an address holds: its text by zlib, in base64 for addresses."""
     try:
         unpack = zlib.decompressobj()
-        content = unpack.decompress(base64.urlsafe_b64decode(f"{packed}=="), _MOST_BYTES)
+        content = unpack.decompress(base64.b64decode(f"{packed}{'=' * (-len(packed) % 4)}", b"-_", True), _MOST_BYTES)
         document = tomllib.loads(content.decode("utf-8-sig"))
     except (binascii.Error, zlib.error, ValueError, RecursionError) as error:
         raise InputError("study file", "must be valid TOML", packed[:20], f"{error}.") from None

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from gearchaos import plot
 from gearchaos.datasets import netcdf_bytes
+from gearchaos.datasheet.printed import report_pdf
+from gearchaos.datasheet.report import Report, report_html
 from gearchaos.explorer.core.text import as_toml
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
 from gearchaos.files import strict_json
@@ -19,14 +21,16 @@ from gearchaos.plot._assessment import height
 from gearchaos.studies.speeds.assess import Assessment
 
 _DPI = 150
-_MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf", "json": "application/json"}
+_MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf", "json": "application/json",
+                "html": "text/html", "pdf": "application/pdf"}
 
 FILES = {
     f"{kind}-{suffix}": f"{words} {description}"
     for kind, words in (("map", "map"), ("motion", "motion"), ("runup", "run-up"))
     for suffix, description in (("png", "PNG"), ("svg", "SVG"), ("nc", "data"))
 } | {
-    "assessment-png": "assessment PNG", "assessment-svg": "assessment SVG", "assessment-json": "assessment JSON",
+    "assessment-html": "assessment as a page", "assessment-pdf": "assessment PDF", "assessment-png": "assessment PNG",
+    "assessment-svg": "assessment SVG", "assessment-json": "assessment JSON",
 }
 """Files that can be saved, by kind and suffix, each with its description in the menu."""
 
@@ -72,10 +76,15 @@ def exported(
 def assessment(suffix: str, found: Assessment, line: SpeedLine) -> Generator[tuple[bytes, str, str]]:
     """The file of an assessment as (content, media type, file name), the only result of this job.
 
-    The suffix "json" gives what `gearchaos assess --json` prints, and the study file of what was assessed.
+    The suffixes "html" and "pdf" give the report of `gearchaos assess --report`, "json" what `gearchaos assess --json`
+    prints, and the study file of what was assessed.
     """
     if suffix == "json":
         content = strict_json(found.document() | {"study_file": as_toml(line.view)}).encode()
+    elif suffix == "html":
+        content = report_html(Report(found)).encode()
+    elif suffix == "pdf":
+        content = report_pdf(Report(found))
     else:
         figure = Figure(figsize=(6.4, height(found)), layout="constrained")
         plot.assessment(found, figure.subplots())

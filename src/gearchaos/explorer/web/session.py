@@ -240,7 +240,7 @@ class Session:
         """Another drawing, or another one that is kept: its numbers and curves at once, then its motions."""
         page, before, reading = self.page, self.page.opened, drawing.read()
         page.draw(opened := before.drawn(drawing, kept, reading), reading)
-        view = page.view if reading.view is None else redrawn(page.view, before.start, opened.start)
+        view = page.view if reading.view is None else redrawn(page.view, before, opened)
         if self._started and reading.view is not None:
             self.change(lambda _: view)
             page.show_drawing()

@@ -25,10 +25,9 @@ class Start(RequestHandler):
 
 @cache
 def _page() -> str:
-    files = [(path.stem, path.read_text(encoding="utf-8")) for path in examples() if path.suffix == ".toml"]
     return render(
         "web/templates/start.html.j2", css=asset("web/static/page.css"), drawing=f"./?{DRAWING}=", study=STUDY,
         example=f"./?{urlencode({DRAWING: '', **EXAMPLE}, safe=';/*')}",
         figures=[(f"./?{to_query(each.view)}", each.name) for each in presets().values()],
-        examples={kind: [(f"./?{EXAMPLE_FILE}={name}", name.replace("_", " "))
-                         for name, text in files if f"[{kind}" in text] for kind in ("train", "design")})
+        trains=[(f"./?{EXAMPLE_FILE}={path.stem}", path.stem.replace("_", " ").removeprefix("train "))
+                for path in examples() if path.suffix == ".toml" and "[train" in path.read_text(encoding="utf-8")])

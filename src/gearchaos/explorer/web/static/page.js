@@ -94,10 +94,12 @@ function show_drawing(marks) {
     }
   }
 }
-document.addEventListener("change", ({target}) => {
-  if (!target.closest("#form")) return
+function send_drawing() {
   const rows = [...document.querySelectorAll("#form [data-key]")].filter((row) => row.dataset.key)
   request("draw", rows.map((row) => [row.dataset.key, drawn_text(row)]).filter(([, text]) => text))
+}
+document.addEventListener("change", ({target}) => {
+  if (target.closest("#form")) send_drawing()
 })
 
 // The form. Fields that are being edited are not changed.
@@ -212,4 +214,7 @@ document.addEventListener("click", ({target}) => {
   if (basins !== undefined) request("basins", null)
 })
 request("ready", null)
+const is_edited = (box) => box.tagName === "INPUT" ? box.value !== box.defaultValue
+  : box.value !== (([...box.options].find(({defaultSelected}) => defaultSelected) ?? box.options[0]).value)
+if ([...document.querySelectorAll("#form :is(input, select)")].some(is_edited)) send_drawing()  // before this ran
 document.body.dataset.ready = "1"

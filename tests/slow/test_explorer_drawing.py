@@ -1,0 +1,183 @@
+"""The explorer without a file: its choice, a drawing as a form, two drawings, what is wrong, an assessment, a file."""
+
+import tomllib
+
+import pytest
+
+import gearchaos as gc
+from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, inputs
+from gearchaos.explorer.core.opened import Opened, opened
+from gearchaos.studyfile import load_study
+from tests import EXAMPLES
+from tests.slow.browser import NEEDED, SIZES, START, Visit
+
+sync_api = pytest.importorskip("playwright.sync_api")
+pytestmark = NEEDED
+NARROW = {"range.speed": "2000 rpm;2100 rpm", "range.torque": "60 N*m;70 N*m"}  # a map that is soon complete
+FOCUS = """([key, number]) => document.activeElement ===
+  document.querySelectorAll(`[data-key='${key}'] :is(input, select:not(.unit))`)[number]"""
+
+
+class Page(Visit):
+    """A page that need not show a motion."""
+
+    def settled(self):
+        return None
+
+    def row(self, key):
+        return self.page.locator(f"[data-key='{key}']")
+
+    def fill(self, key, *texts):
+        for number, text in enumerate(texts):
+            box = self.row(key).locator("input").nth(number)
+            box.fill(text)
+            box.press("Enter")
+
+    @property
+    def drawing(self):
+        return opened(self.page.evaluate("location.search"), Opened(START))[0].drawing
+
+
+@pytest.fixture
+def visit(chromium, server):
+    """A function that opens a path of a server; whatever goes wrong on its page, or is asked for elsewhere, fails."""
+    pages = []
+
+    def begin(path, size="laptop"):
+        pages.append(Page(chromium, server + path, size))
+        return pages[-1]
+
+    yield begin
+    for one in pages:
+        one.close()
+
+
+@pytest.fixture
+def example(visit):
+    """A page with the example, whose map is soon complete."""
+    one = visit("start")
+    one.page.click("a:has-text('example')")
+    for key, text in NARROW.items():
+        one.fill(key, *(part.partition(" ")[0] for part in text.split(";")))
+    one.page.wait_for_selector("#sheet svg")
+    return one
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_choice_and_the_form_are_no_wider_than_any_screen_and_what_is_needed_is_said(visit, size):
+    one = visit("start", size)
+    assert one.is_as_wide_as_the_screen() and one.page.locator("h2").count() == 4
+    one.page.click("a:has-text('empty form')")
+    text = one.page.wait_for_selector("#sheet .state").inner_text()
+    assert text == "Needed for the first numbers: teeth, module, face width."
+    assert one.is_as_wide_as_the_screen() and one.row("design.pressure_angle").locator("input").get_attribute(
+        "placeholder") == "20"
+    assert not one.page.locator("#map").is_visible()
+    one.page.click("h1 a")
+    one.page.wait_for_selector("h2:has-text('A figure of the paper')")
+
+
+def test_the_keyboard_alone_draws_a_pair_up_to_its_motion_and_the_address_has_it(visit):
+    one = visit("?drawing=")
+    one.page.wait_for_selector("#sheet .state")
+    wanted = {**EXAMPLE, **NARROW}
+    for key, each in inputs().items():
+        texts, _ = each.parts(wanted.get(key, ""))
+        for number in range(1 + each.reader.both):
+            presses = 0
+            while not one.page.evaluate(FOCUS, [key, number]):
+                one.page.keyboard.press("Tab")
+                assert (presses := presses + 1) < 6 + 20 * (key == "design.teeth")
+            if number < len(texts):  # of a menu the first letters choose
+                one.page.keyboard.type(texts[number])
+        if key == "range.torque":  # what follows is folded
+            break
+    one.page.keyboard.press("Tab")
+    one.page.wait_for_selector("#sheet svg")
+    one.page.wait_for_selector(".verdict[data-final='1'][data-stage='complete']")
+    one.page.wait_for_selector("#legend .entry")
+    assert one.drawing == Drawing.of(wanted)
+    before = one.page.locator("#sheet table").inner_text()
+    one.page.reload()
+    one.page.wait_for_selector("#sheet svg")
+    assert one.page.locator("#sheet table").inner_text() == before and one.drawing == Drawing.of(wanted)
+
+
+def test_a_wrong_centre_distance_is_understood_from_its_field_and_the_last_right_pair_stays(example):
+    one, row = example, example.row("design.centre_distance")
+    table = one.page.locator("#sheet table").inner_text()
+    one.fill("design.centre_distance", "120")
+    sync_api.expect(row.locator(".said")).to_contain_text("must be greater than 122.16")
+    assert "the sum of the base radii" in row.locator(".said").inner_text()
+    box = row.locator("input")
+    assert box.get_attribute("aria-invalid") == "true"
+    assert box.get_attribute("aria-describedby") == row.locator(".said").get_attribute("id")
+    assert one.page.locator(".wrong").count() == 1 and one.page.locator("#sheet table").inner_text() == table
+    one.fill("design.centre_distance", "131.5")
+    sync_api.expect(row.locator(".said")).to_be_hidden()
+    assert one.page.locator(".wrong, .state").count() == 0 and box.get_attribute("aria-invalid") == "false"
+
+
+def test_two_drawings_stand_side_by_side_with_words_for_what_changed(example):
+    one = example
+    one.page.click("[data-press=keep]")
+    one.page.wait_for_selector(".changed")
+    one.fill("design.tip_relief.start_diameter", "63", "207.5")
+    one.fill("design.tip_relief.amount", "8")
+    words = one.page.locator(".changed")
+    sync_api.expect(words).to_contain_text("tip relief: amount not given → 8 µm")
+    row = one.page.locator("#sheet tr:has-text('loaded error') td")
+    assert row.count() == 3 and row.nth(2).inner_text().endswith("%")
+    curves = one.page.evaluate("""() => {
+      const view = [...Bokeh.index.roots].find((root) => root.model.name === "deflection")
+      return view.model.renderers.map((each) => Array.from(each.data_source.data.y))
+    }""")
+    assert len(curves[0]) == len(curves[1]) > 100 and curves[0] != curves[1]
+    one.page.reload()
+    sync_api.expect(words).to_contain_text("tip relief: amount not given → 8 µm")
+    one.page.click("a:has-text('open the kept one')")
+    one.page.wait_for_selector("[data-press=keep]:has-text('keep this one')")
+    assert one.drawing == Drawing.of({**EXAMPLE, **NARROW})
+
+
+def test_inches_and_a_study_file_that_gear_reads(visit, tmp_path):
+    one = visit("?drawing=")
+    one.page.wait_for_selector("#sheet .state")
+    one.row("design.module").locator(".unit").select_option("1/in")
+    one.row("design.face_width").locator(".unit").select_option("in")
+    for key, texts in {"design.teeth": ["24", "40"], "design.module": ["10"], "design.helix_angle": ["15"],
+                       "design.face_width": ["0.9"]}.items():
+        one.fill(key, *texts)
+    one.page.wait_for_selector("#sheet svg")
+    sync_api.expect(one.page.locator("#sheet .state")).to_contain_text("bore")
+    path = tmp_path / "pair.toml"
+    path.write_text(one.copied("TOML"))
+    assert tomllib.loads(path.read_text())["design"]["diametral_pitch"] == "10 1/in"
+    assert gc.open(path).module == pytest.approx(2.54e-3) and gc.open(path).face_width[0] == pytest.approx(22.86e-3)
+
+
+def test_an_assessment_of_a_drawing_can_be_stopped_and_saved_as_a_page(example, tmp_path):
+    one, button = example, example.page.locator("[data-press=assess]")
+    one.page.locator("select[name=select-change]").select_option("none")
+    button.click()
+    sync_api.expect(button).to_contain_text("stop")
+    button.click()
+    sync_api.expect(button).to_have_attribute("aria-pressed", "false")
+    assert one.page.locator("#assessment-text").inner_text() == ""
+    button.click()
+    one.page.wait_for_selector("#assessment-text p")
+    page = one.saved("assessment as a page", tmp_path).read_text()
+    assert "23/81" in page and "<script" not in page
+    assert one.saved("assessment PDF", tmp_path).read_bytes().startswith(b"%PDF")
+
+
+def test_a_file_and_a_train_of_the_examples_open_their_pages(visit):
+    one = visit("start")
+    one.page.set_input_files("#file", EXAMPLES / "spur_50_50.toml")
+    one.page.wait_for_selector(".verdict")
+    found, _ = opened(one.page.evaluate("location.search"), Opened(START))
+    assert found.start.gears == load_study(EXAMPLES / "spur_50_50.toml").gears
+    other = visit("start")
+    other.page.click("a:has-text('idler')")
+    other.page.wait_for_selector(".verdict .meshes")
+    assert "example=train_idler" in other.page.evaluate("location.search")
