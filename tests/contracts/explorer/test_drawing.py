@@ -56,14 +56,14 @@ def test_the_inputs_of_the_form_are_read_named_and_described_by_the_library():
 
 
 def test_a_drawing_is_the_design_of_the_same_study_file(tmp_path):
-    reading = DRAWING.read()
+    reading = DRAWING.reading
     path = tmp_path / "drawing.toml"
     path.write_text(DRAWING.toml(reading.design, reading.view))
     assert gc.open(path) == reading.design == reading.view.gears
     assert tomllib.loads(path.read_text())["design"]["module"] == "2.5 mm"  # in the words of the drawing
     study = load_study(path)
     assert (study.options["x"], study.options["y"]) == (reading.view.x, reading.view.y)
-    moved = drawn(operation__torque="500 lbf*in").read()
+    moved = drawn(operation__torque="500 lbf*in").reading
     assert moved.view.gears.torque == pytest.approx(500 * 4.4482216 * 0.0254)
 
 
@@ -74,12 +74,12 @@ def test_profile_shifts_that_are_left_open_are_halves_of_the_sum_that_the_centre
     alpha, distance = math.radians(20), 131.5
     working = math.acos(2.5 * (23 + 81) / 2 * math.cos(alpha) / distance)
     needed = (23 + 81) * (involute(working) - involute(alpha)) / (2 * math.tan(alpha))
-    reading = DRAWING.read()
+    reading = DRAWING.reading
     assert reading.design.profile_shift[0] == reading.design.profile_shift[1]
     assert needed - 2e-4 <= sum(reading.design.profile_shift) <= needed
     assert "half of the sum" in reading.because["design.profile_shift"]
     assert reading.assumed["design.profile_shift"] == "{0:g} / {0:g}".format(reading.design.profile_shift[0])
-    own = drawn(design__profile_shift="0.35;0.27").read()
+    own = drawn(design__profile_shift="0.35;0.27").reading
     assert own.design.profile_shift == (0.35, 0.27) and not own.because
 
 
@@ -99,42 +99,42 @@ def test_profile_shifts_that_are_left_open_are_halves_of_the_sum_that_the_centre
     ({RELIEF: "20 mm", START: "62 mm;206 mm"}, RELIEF, "a fifth of a module"),
     ({"operation.speed": "200 rpm"}, "operation.speed", "long to compute")])
 def test_the_message_of_the_library_stands_beside_the_input_that_is_wrong(texts, key, words):
-    reading = Drawing.of({**EXAMPLE, **texts}).read()
+    reading = Drawing.of({**EXAMPLE, **texts}).reading
     shown = marks(reading)
     assert [name for name, mark in shown.items() if mark["error"]] == [key]
     assert words in shown[key]["error"] and "got" in shown[key]["error"] and reading.view is None
 
 
 def test_every_input_that_is_wrong_by_itself_has_its_message():
-    errors = drawn(design__module="2.5", design__damping_ratio="5", operation__speed="fast").read().errors
+    errors = drawn(design__module="2.5", design__damping_ratio="5", operation__speed="fast").reading.errors
     assert set(errors) == {"design.module", "design.damping_ratio", "operation.speed"}
 
 
 def test_what_is_needed_is_said_and_numbers_come_before_the_motions():
-    empty = Drawing.of({}).read()
+    empty = Drawing.of({}).reading
     assert set(empty.needed) == {"design.teeth", "design.module", "design.face_width"} and empty.design is None
     assert empty.assumed["design.bore"] == empty.assumed["operation.speed"] == "needed for motions"
     assert empty.assumed["design.pressure_angle"] == "20 deg" and empty.assumed["design.material"] == "steel"
-    some = drawn(design__bore="", operation__speed="").read()
+    some = drawn(design__bore="", operation__speed="").reading
     assert set(some.needed) == {"design.bore", "operation.speed"} and "360 rpm" in some.needed["operation.speed"]
     assert some.design is not None and some.view is None
     assert marks(some)["design.bore"]["assumed"] == ["needed"]
     menu_alone = Drawing.of({**EXAMPLE, "design.quality.grade": "", "design.transmission_error": ""})
-    assert menu_alone.read().view
+    assert menu_alone.reading.view
 
 
 def test_a_diametral_pitch_stands_in_the_place_of_the_module():
-    reading = drawn(design__module="10 1/in", design__centre_distance="").read()
+    reading = drawn(design__module="10 1/in", design__centre_distance="").reading
     assert reading.design.module == pytest.approx(2.54e-3)
     assert "diametral_pitch" in drawn(design__module="10 1/in").tables()["design"]
 
 
 def test_the_sheet_has_the_numbers_of_the_datasheet_and_the_kept_drawing_at_the_same_point():
     relieved = drawn(**{RELIEF.replace(".", "__"): "8 um", START.replace(".", "__"): "63 mm;207.5 mm"})
-    design = relieved.read().design.at(speed=3000.0, torque=90.0)
+    design = relieved.reading.design.at(speed=3000.0, torque=90.0)
     sheet, own = Sheet.of(relieved, design, DRAWING), datasheet(design)
     assert {name: entry for name, entry in own.items() if name in sheet.now.entries} == dict(sheet.now.entries)
-    before = DRAWING.read().design.at(torque=90.0)
+    before = DRAWING.reading.design.at(torque=90.0)
     entry = datasheet(before, ["loaded_error_peak_to_peak"])["loaded_error_peak_to_peak"]
     assert sheet.before.entries["loaded_error_peak_to_peak"] == entry
     for known in (sheet.now, sheet.before):
@@ -151,7 +151,7 @@ def test_the_sheet_has_the_numbers_of_the_datasheet_and_the_kept_drawing_at_the_
 
 
 def test_the_teeth_are_drawn_to_scale_and_the_path_of_contact_has_its_length():
-    design = DRAWING.read().design
+    design = DRAWING.reading.design
     picture, geometry = teeth(design), design.geometry
     for wheel, text in enumerate(picture.outlines):
         *outline, centre = (np.array([float(v) for v in pair.split(",")]) for pair in text.split())
@@ -166,7 +166,7 @@ def test_the_teeth_are_drawn_to_scale_and_the_path_of_contact_has_its_length():
 
 def test_another_drawing_keeps_the_point_and_the_map_but_not_another_torque_or_range():
     def page(drawing):
-        return Opened(PAPER).drawn(drawing, None, drawing.read())
+        return Opened(PAPER).drawn(drawing)
 
     first = page(DRAWING)
     there = replace(first.start.moved(1500.0, 40.0), colour="v_rms")
@@ -185,7 +185,7 @@ def test_another_drawing_keeps_the_point_and_the_map_but_not_another_torque_or_r
 
 def test_an_address_opens_a_drawing_the_kept_one_an_example_a_file_or_what_the_server_has():
     own = Opened(PAPER)
-    page = own.drawn(drawn(design__bore="30 mm"), DRAWING, DRAWING.read())
+    page = own.drawn(drawn(design__bore="30 mm"), DRAWING)
     found, rest = opened(f"?{page.query}speed=1500&torque=40&at=1500.0,40.0", own)
     assert (found.drawing, found.kept, found.named) == (page.drawing, DRAWING, page.named)
     assert from_query(rest, found.start).at == (1500.0, 40.0)
@@ -236,7 +236,7 @@ def test_labels_belong_to_boxes_and_each_box_has_a_name_of_its_own():
 
 
 def test_a_session_takes_a_drawing_keeps_the_last_right_one_and_compares_it_with_a_kept_one():
-    first = Opened(DRAWING.read().view).drawn(DRAWING, None, DRAWING.read())
+    first = Opened(DRAWING.reading.view).drawn(DRAWING)
     one, _ = session(first.start, first)
     page = one.page
     page.messages.act("draw", list(drawn(design__bore="30 mm").texts))
@@ -254,14 +254,14 @@ def test_a_session_takes_a_drawing_keeps_the_last_right_one_and_compares_it_with
     page.messages.act("draw", [["design.nonsense", "1"]])
     assert "drawing must be one of" in page.messages._html["message"]
     assert "module = \"2.5 mm\"" in page.opened.toml(page.view)
-    own = Opened(PAPER).drawn(DRAWING, None, DRAWING.read())
+    own = Opened(PAPER).drawn(DRAWING)
     assert "[gearpair]" in own.toml(own.start.with_value("eps1", 0.3))
     assert 'torque = "45 N*m"' in own.toml(own.start.moved(2000.0, 45.0))
 
 
 def test_nothing_is_computed_before_a_drawing_is_complete():
     draft = drawn(operation__speed="")
-    first = Opened(DRAWING.read().view).drawn(draft, None, draft.read())
+    first = Opened(DRAWING.reading.view).drawn(draft)
     one, workers = session(first.start, first)
     one.start()
     assert not any(worker.jobs for worker in workers)
@@ -269,7 +269,7 @@ def test_nothing_is_computed_before_a_drawing_is_complete():
     page = one.page
     page.messages.act("draw", list(DRAWING.texts))
     assert [sorted(worker.jobs) for worker in workers[:2]] == [["motion"], ["map"]]
-    assert workers.quick.asked == ["motion"] and page.view.gears == DRAWING.read().design
+    assert workers.quick.asked == ["motion"] and page.view.gears == DRAWING.reading.design
 
 
 def test_all_that_the_start_page_offers_can_be_opened():

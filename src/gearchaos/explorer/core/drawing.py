@@ -204,10 +204,12 @@ class Drawing:
                 tables[table][name] = value
         return tables
 
-    def toml(self, design: GearDesign, view: View | None = None) -> str:
-        """A study file of the drawing, of a view at its point and over its map."""
-        left_open = _SHIFT not in self.values and any(design.profile_shift or ())
-        tables = self.tables(design.profile_shift if left_open else None)
+    def toml(self, design: GearDesign | None, view: View | None = None) -> str:
+        """A study file of the drawing, with the profile shifts of its design, at the point of a view and over its map.
+        """
+        shift = None if design is None else design.profile_shift
+        left_open = _SHIFT not in self.values and any(shift or ())
+        tables = self.tables(shift if left_open else None)
         document = tomlkit.document()
         if left_open:
             document.add(tomlkit.comment("The profile shifts follow from the centre distance, half of their sum each."))
@@ -224,7 +226,8 @@ class Drawing:
             document[name] = section
         return tomlkit.dumps(document)
 
-    def read(self) -> Reading:
+    @cached_property
+    def reading(self) -> Reading:
         """What the drawing describes, with the messages of the library by the inputs that they are about."""
         errors = {}
         for key, value in self.values.items():

@@ -15,7 +15,7 @@ from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, Reading, inputs
+from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, inputs
 from gearchaos.explorer.core.models import as_operating_axis, own_kind, own_model, value_on
 from gearchaos.explorer.core.state import View, view_of
 from gearchaos.explorer.core.text import as_toml
@@ -42,15 +42,20 @@ class Opened:
     drawing: Drawing | None = None
     kept: Drawing | None = None
 
-    def drawn(self, drawing: Drawing, kept: Drawing | None, reading: Reading) -> Opened:
+    def drawn(self, drawing: Drawing, kept: Drawing | None = None) -> Opened:
         """The same page with another drawing, and the view of the last one that could run."""
         named = ((DRAWING, ""), *drawing.texts, *((KEPT + key, text) for key, text in (kept.texts if kept else ())))
-        return Opened(reading.view or self.start, named, drawing, kept)
+        return Opened(drawing.reading.view or self.start, named, drawing, kept)
 
     @property
     def has_gears(self) -> tuple[bool, bool]:
         """Whether it is about gears, and about a pair of them."""
         return self.start.gears is not None, isinstance(self.start.model, OperatingModel)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the first view is that of the drawing, if there is one."""
+        return self.drawing is None or self.drawing.reading.view is not None
 
     @property
     def query(self) -> str:
@@ -61,9 +66,9 @@ class Opened:
         """A study file of the page: of a drawing in its own words, unless the gears were changed apart from it."""
         if self.drawing is None:
             return as_toml(view)
-        design = self.drawing.read().design
-        if design is None:
-            return ""
+        design = self.drawing.reading.design
+        if design is None or not self.is_complete:
+            return self.drawing.toml(design)
         model: Any = view.point
         gears = design.at(**{n: view.point.value(n) for n in ("speed", "torque")})
         own = model == replace(own_model(gears, own_kind(gears)), gears=model.gears) and view.gears == gears
@@ -83,7 +88,7 @@ def opened(query: str, default: Opened) -> tuple[Opened, str]:
     if DRAWING in given:
         drawing = Drawing.of(drawn)
         other = Drawing.of({key.removeprefix(KEPT): text for key, text in kept.items()}) if kept else None
-        return Opened(example_drawing()).drawn(drawing, other, drawing.read()), rest
+        return Opened(example_drawing()).drawn(drawing, other), rest
     if EXAMPLE_FILE in given:
         return Opened(_example(given[EXAMPLE_FILE]), ((EXAMPLE_FILE, given[EXAMPLE_FILE]),)), rest
     if STUDY in given:
@@ -94,7 +99,7 @@ def opened(query: str, default: Opened) -> tuple[Opened, str]:
 @lru_cache
 def example_drawing() -> View:
     """The view of the example of a drawing, which stands behind a form that is not complete."""
-    view = Drawing.of(EXAMPLE).read().view
+    view = Drawing.of(EXAMPLE).reading.view
     assert view is not None
     return view
 

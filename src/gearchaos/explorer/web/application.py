@@ -19,7 +19,6 @@ import re
 import socket
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -39,7 +38,7 @@ from tornado.web import ErrorHandler
 
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.bounds import SKELETON_PERIOD, SKELETON_PERIODS
-from gearchaos.explorer.core.opened import Opened, example_drawing, opened
+from gearchaos.explorer.core.opened import Opened, opened
 from gearchaos.explorer.core.run import WAYS
 from gearchaos.explorer.core.state import CHANGES, View
 from gearchaos.explorer.core.text import from_query
@@ -262,16 +261,15 @@ def application(view: View, workers: Workers) -> Application:
     own, template = Opened(view), get_env().from_string(asset("web/templates/page.html.j2"))
     sessions: dict[str, Session] = {}
 
-    @cache
-    def figures(gears: bool, pair: bool) -> list[Any]:
-        first = next((each for each in (own, Opened(example_drawing())) if each.has_gears == (gears, pair)), own)
-        return named_roots(Page(first, first.start))
+    figures: dict[tuple[bool, ...], list[Any]] = {}  # by what else a page has, once it was asked for
 
     def blank(query: str) -> Any:
         first, _, _ = _shown(query, own)
-        gears, pair = first.has_gears
+        kind = gears, pair, _ = *first.has_gears, first.drawing is not None
+        if kind not in figures:
+            figures[kind] = named_roots(Page(first, first.start))
         return SimpleNamespace(
-            title=_TITLE, template=template, roots=figures(gears, pair), template_variables=dict(
+            title=_TITLE, template=template, roots=figures[kind], template_variables=dict(
                 css=asset("web/static/page.css"), gears=gears, pair=pair, form=first.drawing and render(
                     "features/drawing/form.html.j2", form=form(first.drawing)),
                 files={n: words for n, words in FILES.items() if gears or not n.startswith(OF_GEARS)},

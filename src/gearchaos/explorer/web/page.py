@@ -8,7 +8,7 @@ from typing import Any
 
 import xarray as xr
 
-from gearchaos.explorer.core.drawing import Reading
+from gearchaos.explorer.core.drawing import Drawing
 from gearchaos.explorer.core.models import are_alike, equal
 from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.presets import preset_of
@@ -53,7 +53,6 @@ class Page:
     def __init__(self, opened: Opened, view: View) -> None:
         self.view = self.basins_view = view
         self.opened, (self._has_gears, self._has_pair) = opened, opened.has_gears
-        self.reading = None if opened.drawing is None else opened.drawing.read()
         self._sheet: Sheet | None = None
         self.merge_wheels, self.preset = True, ""
         self._layout: tuple[Any, ...] = ()
@@ -86,7 +85,9 @@ class Page:
         if self.force is not None:
             panels |= {"force": self.force, "run": self.run, "waterfall": self.waterfall}
         if self._has_pair:
-            panels |= {"cloud": self.cloud, "knock": self.knock, **{each.name: each for each in self.cycles}}
+            panels |= {"cloud": self.cloud, "knock": self.knock}
+        if self.opened.drawing is not None:
+            panels |= {each.name: each for each in self.cycles}
         return {name: panel.figure for name, panel in panels.items()}
 
     def units(self, view: View) -> Units:
@@ -102,22 +103,17 @@ class Page:
         if self._plane != (view.x, view.y):
             self._plane = (view.x, view.y)
             self.map.set_plane(view, self.units(view))
-        query = self.opened.query + (to_query(view, self.opened.start) if self.is_drawn else "")
-        self.messages.set_page_state(query, as_python(view), self.opened.toml(view))
-        if self.opened.drawing is not None:
-            self.show_drawing()
+        opened, is_complete = self.opened, self.opened.is_complete
+        self.messages.set_page_state(opened.query + (to_query(view, opened.start) if is_complete else ""),
+                                     as_python(view) if is_complete else "", opened.toml(view))
+        if opened.drawing is not None:
+            self.show_drawing(opened.drawing)
 
-    @property
-    def is_drawn(self) -> bool:
-        """Whether the view is that of the page's own gears: unless a drawing is not complete."""
-        return self.reading is None or self.reading.view is not None
-
-    def show_drawing(self) -> None:
+    def show_drawing(self, drawing: Drawing) -> None:
         """Show what follows from the drawing at the point, and what is wrong or missing beside its inputs."""
-        reading, drawing, kept, gears = self.reading, self.opened.drawing, self.opened.kept, self.view.gears
-        assert reading is not None and drawing is not None
+        reading, kept, gears = drawing.reading, self.opened.kept, self.view.gears
         self.messages.set_values({"drawing": json.dumps(marks(reading))})
-        design = gears if self.is_drawn and isinstance(gears, GearDesign) else reading.design
+        design = gears if reading.view is not None and isinstance(gears, GearDesign) else reading.design
         before = self._sheet
         if design is not None and (before is None or (before.drawing, before.kept, before.design) != (
                 drawing, kept, design)):
@@ -127,9 +123,9 @@ class Page:
         self._write("sheet", "features/drawing/sheet", text=self._sheet and sheet_text(self._sheet),
                     needed=reading.needed, errors=reading.errors)
 
-    def draw(self, opened: Opened, reading: Reading) -> None:
+    def draw(self, opened: Opened) -> None:
         """Take another drawing, or another one to keep."""
-        self.opened, self.reading, self._layout = opened, reading, ()
+        self.opened, self._layout = opened, ()
 
     def show_form(self) -> None:
         """Show the values of the view in the form, which is replaced only if it has other fields."""

@@ -84,7 +84,7 @@ class Session:
 
     def start(self) -> None:
         """Begin to compute, once there is something to compute; results can only be sent once the page is connected."""
-        if not self._started and self.page.is_drawn:
+        if not self._started and self.page.opened.is_complete:
             self._started = True
             self.computations.start(self.page.view)
 
@@ -238,12 +238,12 @@ class Session:
 
     def _draw(self, drawing: Drawing, kept: Drawing | None) -> None:
         """Another drawing, or another one that is kept: its numbers and curves at once, then its motions."""
-        page, before, reading = self.page, self.page.opened, drawing.read()
-        page.draw(opened := before.drawn(drawing, kept, reading), reading)
-        view = page.view if reading.view is None else redrawn(page.view, before, opened)
-        if self._started and reading.view is not None:
+        page, before = self.page, self.page.opened
+        page.draw(opened := before.drawn(drawing, kept))
+        view = redrawn(page.view, before, opened) if opened.is_complete else page.view
+        if self._started and opened.is_complete:
             self.change(lambda _: view)
-            page.show_drawing()
+            page.show_drawing(drawing)
         else:
             page.view = view
             page.show_view()

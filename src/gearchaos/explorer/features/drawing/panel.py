@@ -61,7 +61,7 @@ class Sheet(NamedTuple):
 
     @classmethod
     def of(cls, drawing: Drawing, design: GearDesign, kept: Drawing | None = None) -> Sheet:
-        other = None if kept is None else kept.read().design
+        other = None if kept is None else kept.reading.design
         before = None if other is None else Known.of(other.at(speed=design.speed, torque=design.torque))
         return cls(drawing, kept, design, Known.of(design), before)
 
