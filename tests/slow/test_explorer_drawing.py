@@ -180,4 +180,5 @@ def test_a_file_and_a_train_of_the_examples_open_their_pages(visit):
     other = visit("start")
     other.page.click("a:has-text('idler')")
     other.page.wait_for_selector(".verdict .meshes")
+    assert other.page.locator("#scheme svg").is_visible() and "pump" in other.page.locator("#scheme").inner_text()
     assert "example=train_idler" in other.page.evaluate("location.search")

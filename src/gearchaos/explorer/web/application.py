@@ -44,6 +44,7 @@ from gearchaos.explorer.core.state import CHANGES, View
 from gearchaos.explorer.core.text import from_query
 from gearchaos.explorer.core.worker import Workers
 from gearchaos.explorer.features.drawing.form import form
+from gearchaos.explorer.features.train.scheme import scheme
 from gearchaos.explorer.web import KEY, LOCAL, START
 from gearchaos.explorer.web.export import FILES, OF_GEARS
 from gearchaos.explorer.web.messages import asset, render
@@ -272,6 +273,8 @@ def application(view: View, workers: Workers) -> Application:
             title=_TITLE, template=template, roots=figures[kind], template_variables=dict(
                 css=asset("web/static/page.css"), gears=gears, pair=pair, form=first.drawing and render(
                     "features/drawing/form.html.j2", form=form(first.drawing)),
+                scheme=render("features/train/scheme.html.j2", scheme=scheme(first.start.gears)) if gears and not pair
+                else "",
                 files={n: words for n, words in FILES.items() if gears or not n.startswith(OF_GEARS)},
                 periods=SKELETON_PERIODS, period=SKELETON_PERIOD, ways=WAYS,
                 changes={name: words for name, (words, _) in CHANGES.items()}))

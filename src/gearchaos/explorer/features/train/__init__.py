@@ -1,0 +1,1 @@
+"""A gear train as a scheme: its bodies, shafts and meshes."""
