@@ -50,6 +50,8 @@ _RANGES = "range"  # the table of the ranges of the map
 _MODULE, _SHIFT, _DISTANCE = "design.module", "design.profile_shift", "design.centre_distance"
 _PITCH = units.DIAMETRAL_PITCH
 _FINE = ("tip_relief.amount", "lead_crowning", "lead_slope")  # lengths that drawings have in µm
+_HALF = "Assumed: half of the sum that the centre distance needs, each."
+_NO_EFFECT = "It has no effect before a number is given with it."
 _LONGEST = 200  # most characters of a text
 _SPLIT = 1e-4  # to which profile shifts are rounded down that the drawing leaves open
 
@@ -229,6 +231,30 @@ class Drawing:
     @cached_property
     def reading(self) -> Reading:
         """What the drawing describes, with the messages of the library by the inputs that they are about."""
+        missing = {f"design.{f.name}": "" for f in fields(GearDesign)
+                   if (f.default is MISSING or f.name == "module") and f"design.{f.name}" not in self.values}
+        if missing or self._wrong:
+            return Reading(errors=self._wrong, needed=missing, assumed=_assumed(None))
+        try:
+            design, shift = self._design()
+        except InputError as error:
+            return Reading(errors=self._placed(error), assumed=_assumed(None))
+        known = Reading(design, assumed=_assumed(design), because={key: _NO_EFFECT for key, _ in self.texts
+                                                                   if key not in self.values})
+        if shift is not None:
+            known = replace(known, because={**known.because, _SHIFT: _HALF})
+        try:
+            view = self._view(design)
+        except InputError as error:
+            needed = self._needed(error) if error.value is None else {}
+            return replace(known, needed=needed, errors={} if needed else self._placed(error))
+        ranges = {f"{_RANGES}.{a.name}": (a.start, a.stop) for a in (view.x, view.y)}
+        return replace(known, view=view, assumed={**known.assumed, **{
+            key: " / ".join(f"{end:g} {inputs()[key].units[0]}" for end in ends) for key, ends in ranges.items()}})
+
+    @cached_property
+    def _wrong(self) -> dict[str, str]:
+        """The errors of each input by itself."""
         errors = {}
         for key, value in self.values.items():
             try:
@@ -238,30 +264,14 @@ class Drawing:
                     inputs()[key].reader(inputs()[key].path, value)
             except InputError as error:
                 errors[key] = _said(error)
-        missing = {f"design.{f.name}": "" for f in fields(GearDesign)
-                   if (f.default is MISSING or f.name == "module") and f"design.{f.name}" not in self.values}
-        if errors or missing:
-            return Reading(errors=errors, needed=missing, assumed=_assumed(None))
-        try:
-            design, shift = self._design()
-        except InputError as error:
-            return Reading(errors=self._placed(error), assumed=_assumed(None))
-        said = _assumed(design)
-        because = {} if shift is None else {_SHIFT: "Assumed: half of the sum that the centre distance needs, each."}
-        try:
-            view = self._view(design)
-            ranges = ((axis, inputs()[f"{_RANGES}.{axis.name}"]) for axis in (view.x, view.y))
-            said |= {each.key: " / ".join(f"{end:g} {each.units[0]}" for end in (axis.start, axis.stop))
-                     for axis, each in ranges}
-            return Reading(design, view, assumed=said, because=because)
-        except InputError as error:
-            if error.value is None:  # inputs that a model needs
-                advice = {f.name: f.metadata["advice"] for f in fields(GearDesign) if "advice" in f.metadata}
-                left_out = re.split(", | and ", error.field)
-                needed = {key: advice[key.split(".")[1]] for key in inputs()
-                          if key.split(".")[1] in left_out and not key.startswith(_RANGES)}
-                return Reading(design, needed=needed, assumed=said, because=because)
-            return Reading(design, errors=self._placed(error), assumed=said, because=because)
+        return errors
+
+    def _needed(self, error: InputError) -> dict[str, str]:
+        """The inputs of the form that a model lacks, with the advice on each; none if it lacks others."""
+        advice = {f.name: f.metadata["advice"] for f in fields(GearDesign) if "advice" in f.metadata}
+        left_out = _names(error)
+        return {key: advice[name] for key in inputs() if (name := key.split(".")[1]) in left_out
+                and not key.startswith(_RANGES)}
 
     def _design(self) -> tuple[GearDesign, tuple[float, float] | None]:
         """The design, and the profile shifts if the centre distance needs some and the drawing leaves them open."""
@@ -327,6 +337,11 @@ def _inline(table: Mapping[str, Any]) -> Any:
     return made
 
 
+def _names(error: InputError) -> list[str]:
+    """The inputs that an error is about."""
+    return re.split(", | and ", error.field)
+
+
 def _said(error: InputError) -> str:
     """A message without the name of its field, beside which it stands."""
     return str(error).removeprefix(error.field).lstrip()
@@ -359,5 +374,5 @@ def _of_motions() -> list[str]:
         GearDesign.from_tables({n: inputs()[f"design.{n}"].read(EXAMPLE[f"design.{n}"]) for n in (
             "teeth", "module", "face_width")}).to_pair()
     except InputError as error:
-        return re.split(", | and ", error.field)
+        return _names(error)
     return []

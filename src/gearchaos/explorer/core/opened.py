@@ -29,7 +29,7 @@ KEPT = "kept."  # before the keys of the drawing that is kept beside the one on 
 DRAWING, EXAMPLE_FILE, STUDY = "drawing", "example", "study"
 """Names in an address: a page with an empty form; a study file of the examples; a study file itself, packed."""
 
-_MOST_BYTES = 100_000  # of a study file in an address
+_MOST_BYTES = 30_000  # of a study file in an address
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,7 @@ function show_drawing(marks) {
     const all = boxes(row), unit = row.querySelector(".unit")
     row.classList.toggle("wrong", Boolean(error))
     const said = row.querySelector(".said") ?? row
-    said.textContent = error || (all.some(({value}) => value) ? "" : note)
+    said.textContent = error || note
     for (const [number, box] of all.entries()) {
       const text = number && all[0].value ? "as wheel 1" : assumed[number] ?? "as wheel 1"
       const shown = (unit && text.endsWith(` ${unit.value}`) ? text.slice(0, -unit.value.length - 1) : text) || "not given"
