@@ -96,11 +96,11 @@ def test_the_keyboard_alone_draws_a_pair_up_to_its_motion_and_the_address_has_it
     one.page.wait_for_selector("#sheet svg")
     one.page.wait_for_selector(".verdict[data-final='1'][data-stage='complete']")
     one.page.wait_for_selector("#legend .entry")
-    assert one.drawing == Drawing.of(wanted)
+    assert one.drawing == Drawing.of(wanted.items())
     before = one.page.locator("#sheet table").inner_text()
     one.page.reload()
     one.page.wait_for_selector("#sheet svg")
-    assert one.page.locator("#sheet table").inner_text() == before and one.drawing == Drawing.of(wanted)
+    assert one.page.locator("#sheet table").inner_text() == before and one.drawing == Drawing.of(wanted.items())
 
 
 def test_a_wrong_centre_distance_is_understood_from_its_field_and_the_last_right_pair_stays(example):
@@ -137,7 +137,7 @@ def test_two_drawings_stand_side_by_side_with_words_for_what_changed(example):
     sync_api.expect(words).to_contain_text("tip relief: amount not given → 8 µm")
     one.page.click("a:has-text('open the kept one')")
     one.page.wait_for_selector("[data-press=keep]:has-text('keep this one')")
-    assert one.drawing == Drawing.of({**EXAMPLE, **NARROW})
+    assert one.drawing == Drawing.of({**EXAMPLE, **NARROW}.items())
 
 
 def test_inches_and_a_study_file_that_gear_reads(visit, tmp_path):

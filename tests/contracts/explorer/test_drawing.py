@@ -30,13 +30,13 @@ from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.contracts.explorer.test_computations import GEARS, PAPER, session
 
-DRAWING = Drawing.of(EXAMPLE)
+DRAWING = Drawing.of(EXAMPLE.items())
 DISTANCE, RELIEF, START = "design.centre_distance", "design.tip_relief.amount", "design.tip_relief.start_diameter"
 
 
 def drawn(**texts):
     """The example with other texts; of a key of `inputs` a dot is written as two underscores."""
-    return Drawing.of({**EXAMPLE, **{key.replace("__", "."): text for key, text in texts.items()}})
+    return Drawing.of({**EXAMPLE, **{key.replace("__", "."): text for key, text in texts.items()}}.items())
 
 
 def packed(text):
@@ -101,7 +101,7 @@ def test_profile_shifts_that_are_left_open_are_halves_of_the_sum_that_the_centre
     ({RELIEF: "20 um", "design.load_sharing": "tooth pairs"}, START, "must be given"),
     ({"operation.speed": "200 rpm"}, "operation.speed", "long to compute")])
 def test_the_message_of_the_library_stands_beside_the_input_that_is_wrong(texts, key, words):
-    reading = Drawing.of({**EXAMPLE, **texts}).reading
+    reading = Drawing.of({**EXAMPLE, **texts}.items()).reading
     shown = marks(reading)
     assert [name for name, mark in shown.items() if mark["error"]] == [key]
     assert words in shown[key]["error"] and "got" in shown[key]["error"] and reading.view is None
@@ -113,7 +113,7 @@ def test_every_input_that_is_wrong_by_itself_has_its_message():
 
 
 def test_what_is_needed_is_said_and_numbers_come_before_the_motions():
-    empty = Drawing.of({}).reading
+    empty = Drawing.of({}.items()).reading
     assert set(empty.needed) == {"design.teeth", "design.module", "design.face_width"} and empty.design is None
     assert empty.assumed["design.bore"] == empty.assumed["operation.speed"] == "needed for motions"
     assert empty.assumed["design.pressure_angle"] == "20 deg" and empty.assumed["design.material"] == "steel"
@@ -121,7 +121,7 @@ def test_what_is_needed_is_said_and_numbers_come_before_the_motions():
     assert set(some.needed) == {"design.bore", "operation.speed"} and "360 rpm" in some.needed["operation.speed"]
     assert some.design is not None and some.view is None
     assert marks(some)["design.bore"]["assumed"] == ["needed"]
-    menu_alone = Drawing.of({**EXAMPLE, "design.quality.grade": "", "design.transmission_error": ""})
+    menu_alone = Drawing.of({**EXAMPLE, "design.quality.grade": "", "design.transmission_error": ""}.items())
     assert menu_alone.reading.view and "no effect" in menu_alone.reading.because["design.quality.standard"]
 
 
@@ -212,7 +212,7 @@ def test_an_address_that_no_page_has_is_refused_and_names_no_file(query, words):
 
 
 def test_texts_of_an_address_are_escaped_on_the_page():
-    evil = Drawing.of({"design.module": '"><script>alert(1)</script> mm'})
+    evil = Drawing.of({"design.module": '"><script>alert(1)</script> mm'}.items())
     html = render("features/drawing/form.html.j2", form=form(evil))
     assert "<script>" not in html and "&lt;script&gt;" in html
 
@@ -253,8 +253,9 @@ def test_a_session_takes_a_drawing_keeps_the_last_right_one_and_compares_it_with
     assert "damping ratio 0.05 → 0.07" in page.messages._html["sheet"]
     page.messages.act("press", "keep")
     assert page.opened.kept is None
-    page.messages.act("draw", [["design.nonsense", "1"]])
-    assert "drawing must be one of" in page.messages._html["message"]
+    for absurd in (["design.nonsense", "1"], [["design.bore"], "1"], ["design.bore", 1], 3, None, ["design.bore"]):
+        page.messages.act("draw", [absurd])
+        assert "must be" in page.messages._html["message"] and page.opened.drawing["design.damping_ratio"] == "0.07"
     assert "module = \"2.5 mm\"" in page.opened.toml(page.view)
     own = Opened(PAPER).drawn(DRAWING)
     assert "[gearpair]" in own.toml(own.start.with_value("eps1", 0.3))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property
 from typing import Any
@@ -172,14 +172,18 @@ class Drawing:
     texts: tuple[tuple[str, str], ...] = ()
 
     @classmethod
-    def of(cls, texts: Mapping[Any, Any]) -> Drawing:
-        """A drawing from texts that a browser sends; raises `InputError` for one that no form has."""
-        for key, text in texts.items():
-            if key not in inputs():
+    def of(cls, texts: Iterable[Any]) -> Drawing:
+        """A drawing from pairs of a key and a text that a browser sends; raises `InputError` for one that no form has.
+        """
+        found = {}
+        for each in texts:
+            key, text = each if isinstance(each, (list, tuple)) and len(each) == 2 else (each, "")
+            if not isinstance(key, str) or key not in inputs():
                 raise unknown_name("drawing", str(key)[:40], inputs())
             if not isinstance(text, str) or len(text) > _LONGEST:
-                raise InputError(str(key), f"must be a text of at most {_LONGEST} characters", str(text)[:40])
-        return cls(tuple((key, texts[key].strip()) for key in inputs() if texts.get(key, "").strip()))
+                raise InputError(key, f"must be a text of at most {_LONGEST} characters", str(text)[:40])
+            found[key] = text.strip()
+        return cls(tuple((key, found[key]) for key in inputs() if found.get(key)))
 
     def __getitem__(self, key: str) -> str:
         return dict(self.texts).get(key, "")

@@ -86,8 +86,8 @@ def opened(query: str, default: Opened) -> tuple[Opened, str]:
     names = {*kept, *drawn, DRAWING, EXAMPLE_FILE, STUDY} & given.keys()
     rest = urlencode({name: value for name, value in given.items() if name not in names}, safe=":,=")
     if DRAWING in given:
-        drawing = Drawing.of(drawn)
-        other = Drawing.of({key.removeprefix(KEPT): text for key, text in kept.items()}) if kept else None
+        drawing = Drawing.of(drawn.items())
+        other = Drawing.of((key.removeprefix(KEPT), text) for key, text in kept.items()) if kept else None
         return Opened(example_drawing()).drawn(drawing, other), rest
     if EXAMPLE_FILE in given:
         return Opened(_example(given[EXAMPLE_FILE]), ((EXAMPLE_FILE, given[EXAMPLE_FILE]),)), rest
@@ -99,7 +99,7 @@ def opened(query: str, default: Opened) -> tuple[Opened, str]:
 @lru_cache
 def example_drawing() -> View:
     """The view of the example of a drawing, which stands behind a form that is not complete."""
-    view = Drawing.of(EXAMPLE).reading.view
+    view = Drawing.of(EXAMPLE.items()).reading.view
     assert view is not None
     return view
 

@@ -52,7 +52,7 @@ class Page:
 
     def __init__(self, opened: Opened, view: View) -> None:
         self.view = self.basins_view = view
-        self.opened, (self._has_gears, self._has_pair) = opened, opened.has_gears
+        self.opened, self._has_gears = opened, opened.start.gears is not None
         self._sheet: Sheet | None = None
         self.merge_wheels, self.preset = True, ""
         self._layout: tuple[Any, ...] = ()
@@ -84,7 +84,7 @@ class Page:
             "spectrum": self.spectrum, "line": self.diagram, "basin": self.basins}
         if self.force is not None:
             panels |= {"force": self.force, "run": self.run, "waterfall": self.waterfall}
-        if self._has_pair:
+        if self.opened.has_gears[1]:
             panels |= {"cloud": self.cloud, "knock": self.knock}
         if self.opened.drawing is not None:
             panels |= {each.name: each for each in self.cycles}

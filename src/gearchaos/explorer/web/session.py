@@ -227,8 +227,8 @@ class Session:
                 number = 1 + len(harmonics_of(family, page.view.model.parameters()))
                 if number <= HIGHEST_HARMONIC:
                     self.change(lambda view: view.with_value(f"{family}{number}", 0.01))
-            case "draw", list(texts):
-                self._draw(Drawing.of(dict(texts)), page.opened.kept)
+            case "draw", list(texts) if page.opened.drawing is not None:
+                self._draw(Drawing.of(texts), page.opened.kept)
             case "press", "keep" if page.opened.drawing is not None:
                 self._draw(page.opened.drawing, None if page.opened.kept else page.opened.drawing)
             case "press", "units" if page.opened.start.gears is not None:
