@@ -73,7 +73,7 @@ def test_the_choice_and_the_form_are_no_wider_than_any_screen_and_what_is_needed
     assert one.is_as_wide_as_the_screen() and one.row("design.pressure_angle").locator("input").get_attribute(
         "placeholder") == "20"
     assert not one.page.locator("#map").is_visible()
-    one.page.click("h1 a")
+    one.page.click("header a")
     one.page.wait_for_selector("h2:has-text('A figure of the paper')")
 
 
