@@ -92,6 +92,7 @@ def test_profile_shifts_that_are_left_open_are_halves_of_the_sum_that_the_centre
     ({"design.face_width": "22 m"}, "design.face_width", "4.05 m"),
     ({"design.damping_ratio": "5"}, "design.damping_ratio", "percentage"),
     ({"design.quality.grade": "20"}, "design.quality.grade", "0 to 12"),
+    ({"design.quality.standard": ""}, "design.quality.grade", "standard and grade"),
     ({"design.backlash.of": ""}, "design.backlash.of", "must be given"),
     ({"design.bore": "25 mm;500 mm"}, "design.bore", "root"),
     ({"design.profile_shift": "0.9;0.9"}, "design.profile_shift", "sum of at most"),
@@ -137,7 +138,7 @@ def test_the_sheet_has_the_numbers_of_the_datasheet_and_the_kept_drawing_at_the_
     sheet, own = Sheet.of(relieved, design, DRAWING), datasheet(design)
     assert {name: entry for name, entry in own.items() if name in sheet.now.entries} == dict(sheet.now.entries)
     before = DRAWING.reading.design.at(torque=90.0)
-    entry = datasheet(before, ["loaded_error_peak_to_peak"])["loaded_error_peak_to_peak"]
+    (entry,) = datasheet(before, ["loaded_error_peak_to_peak"]).values()
     assert sheet.before.entries["loaded_error_peak_to_peak"] == entry
     for known in (sheet.now, sheet.before):
         found = known.entries["loaded_error_peak_to_peak"].value
@@ -163,7 +164,10 @@ def test_the_teeth_are_drawn_to_scale_and_the_path_of_contact_has_its_length():
         assert centre == pytest.approx([0, -131.5 * wheel], abs=1e-3)
     length = math.dist(picture.path[:2], picture.path[2:])
     assert length == pytest.approx(1e3 * geometry.contact_ratio * geometry.base_pitch, rel=1e-3)
-    assert picture.contacts
+    for point in picture.contacts:
+        ends = math.dist(point, picture.path[:2]), math.dist(point, picture.path[2:])
+        assert sum(ends) == pytest.approx(length, abs=2e-3)
+    assert len(picture.contacts) == 2  # amid the time in which two pairs are in contact
 
 
 def test_another_drawing_keeps_the_point_and_the_map_but_not_another_torque_or_range():
