@@ -140,6 +140,15 @@ def test_two_drawings_stand_side_by_side_with_words_for_what_changed(example):
     assert one.drawing == Drawing.of({**EXAMPLE, **NARROW}.items())
 
 
+def test_the_best_relief_is_found_and_taken(example):
+    one, value = example, "#sheet tr:has-text('loaded error') td"
+    one.page.click("[data-press=relief]")
+    assert "varies least" in one.page.wait_for_selector("#relief p").inner_text()
+    one.page.click("#relief a")
+    now, kept = (float(one.page.wait_for_selector(f"{value} >> nth={n}").inner_text()) for n in (0, 1))
+    assert now < kept and one.drawing["design.tip_relief.amount"].endswith("um")
+
+
 def test_inches_and_a_study_file_that_gear_reads(visit, tmp_path):
     one = visit("?drawing=")
     one.page.wait_for_selector("#sheet .state")

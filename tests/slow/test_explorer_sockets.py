@@ -17,7 +17,8 @@ import pytest
 import gearchaos
 
 pytest.importorskip("bokeh")
-PATHS = ("/", "/start", "/ws", "/static/js/bokeh.min.js", "/autoload.js?bokeh-autoload-element=1", "/metadata", "/favicon.ico")
+PATHS = ("/", "/start", "/ws", "/static/js/bokeh.min.js", "/autoload.js?bokeh-autoload-element=1", "/metadata",
+         "/favicon.ico")
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,7 @@ from gearchaos.explorer.core.opened import Opened, opened, redrawn
 from gearchaos.explorer.core.text import from_query
 from gearchaos.explorer.features.drawing.form import form, marks
 from gearchaos.explorer.features.drawing.panel import Sheet, sheet_text, teeth
+from gearchaos.explorer.features.drawing.relief import best_relief, relief_text
 from gearchaos.explorer.features.train.scheme import scheme
 from gearchaos.explorer.web.messages import render
 from gearchaos.explorer.web.start import _page
@@ -151,6 +152,22 @@ def test_the_sheet_has_the_numbers_of_the_datasheet_and_the_kept_drawing_at_the_
                             ("tip relief: start diameter", "not given", "63 mm / 207.5 mm")]
     assert "3000 rpm" in text.title and "90 N m" in text.title and changes(DRAWING, DRAWING) == []
     assert opened(text.address, Opened(PAPER))[0].drawing == DRAWING
+
+
+def test_the_best_relief_is_that_of_the_datasheet_and_is_taken_beside_the_present_drawing():
+    design = DRAWING.reading.design
+    found, = best_relief(design)
+    sentence, address = relief_text(found, DRAWING)
+    least = datasheet(design)["best_loaded_error_peak_to_peak"].value
+    taken, _ = opened(address, Opened(PAPER))
+    assert taken.kept == DRAWING and f"{least:.3g} µm peak to peak" in sentence
+    (own,) = datasheet(taken.start.gears, ["loaded_error_peak_to_peak"]).values()
+    (before,) = datasheet(design, ["loaded_error_peak_to_peak"]).values()
+    assert own.value == pytest.approx(least, rel=0.02) and own.value < 0.9 * before.value
+    there, = best_relief(design.at(torque=30.0))
+    assert opened(relief_text(there, DRAWING)[1], Opened(PAPER))[0].start.gears.torque == 30.0
+    helical, = best_relief(drawn(design__helix_angle="15 deg", design__centre_distance="").reading.design)
+    assert relief_text(helical, DRAWING) == ("The best relief is sought for spur gears alone.", "")
 
 
 def test_the_teeth_are_drawn_to_scale_and_the_path_of_contact_has_its_length():

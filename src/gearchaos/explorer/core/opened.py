@@ -44,8 +44,7 @@ class Opened:
 
     def drawn(self, drawing: Drawing, kept: Drawing | None = None) -> Opened:
         """The same page with another drawing, and the view of the last one that could run."""
-        named = ((DRAWING, ""), *drawing.texts, *((KEPT + key, text) for key, text in (kept.texts if kept else ())))
-        return Opened(drawing.reading.view or self.start, named, drawing, kept)
+        return Opened(drawing.reading.view or self.start, _named(drawing, kept), drawing, kept)
 
     @property
     def has_gears(self) -> tuple[bool, bool]:
@@ -60,7 +59,7 @@ class Opened:
     @property
     def query(self) -> str:
         """The part of the address that names the gears, with an ampersand at its end."""
-        return f"{urlencode(self.named, safe=';/*')}&" if self.named else ""
+        return f"{_query(self.named)}&" if self.named else ""
 
     def toml(self, view: View) -> str:
         """A study file of the page: of a drawing in its own words, unless the gears were changed apart from it."""
@@ -73,6 +72,19 @@ class Opened:
         gears = design.at(**{n: view.point.value(n) for n in ("speed", "torque")})
         own = model == replace(own_model(gears, own_kind(gears)), gears=model.gears) and view.gears == gears
         return self.drawing.toml(design, view) if own else as_toml(view)
+
+
+def address_of(drawing: Drawing, kept: Drawing | None = None) -> str:
+    """The query of a page with a drawing, and with another one that is kept beside it."""
+    return _query(_named(drawing, kept))
+
+
+def _named(drawing: Drawing, kept: Drawing | None) -> tuple[tuple[str, str], ...]:
+    return ((DRAWING, ""), *drawing.texts, *((KEPT + key, text) for key, text in (kept.texts if kept else ())))
+
+
+def _query(named: tuple[tuple[str, str], ...]) -> str:
+    return urlencode(named, safe=";/*")
 
 
 def opened(query: str, default: Opened) -> tuple[Opened, str]:

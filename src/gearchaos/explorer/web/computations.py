@@ -15,6 +15,7 @@ from gearchaos.explorer.core.state import View
 from gearchaos.explorer.core.worker import GeneratorFunction, Job, Worker, Workers
 from gearchaos.explorer.features.assessment.job import assessed
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.drawing.relief import best_relief
 from gearchaos.explorer.features.knock.job import KnockedMotion, knocked_motion, motion_to_knock
 from gearchaos.explorer.features.map.job import COARSE, Map, successive_maps
 from gearchaos.explorer.features.motion import point
@@ -23,7 +24,7 @@ from gearchaos.explorer.features.motion.point import PointMotion, final_verdict,
 from gearchaos.explorer.features.runup.job import RunUpResult, run_up
 from gearchaos.explorer.features.tolerances.job import Cloud, tolerances
 from gearchaos.explorer.web import export
-from gearchaos.gears.operation.operating import OperatingModel
+from gearchaos.gears.operation.operating import OperatingModel, is_design
 from gearchaos.studies.speeds.assess import Assessment
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ _RUN_UP = "run-up"  # the task of the run-up
 _ASSESSMENT = "assessment"  # the task of the speeds to avoid
 _TOLERANCES = "tolerances"  # the task of what they do at the point
 _KNOCK = "knock"  # the task of what a knock does to the motion at the point
+_RELIEF = "best tip relief"  # the task of the relief of a drawing
 _RESULTS = {_SKELETON: "_skeleton", _RUN_UP: "run_up", _ASSESSMENT: "assessment", _TOLERANCES: "cloud",
             _KNOCK: "knocked"}  # the attribute that keeps the result of a task
 _NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
@@ -295,6 +297,13 @@ class Computations:
             show(None)
             self._ask(self._branches, _TOLERANCES, partial(tolerances, self._view),
                       partial(self._keep, _TOLERANCES, show))
+
+    def ask_relief(self) -> None:
+        """Find the best tip relief of the design at the point; there is a message if the view has none."""
+        if not is_design(self._view.gears):
+            self._display.show_message(_NO_PAIR)
+            return
+        self._ask(self._quick, _RELIEF, partial(best_relief, self._view.gears), self._display.show_relief)
 
     def ask_knock(self) -> None:
         """Find what a knock does to the motion at the point, or cancel that; a message says why it cannot be found."""

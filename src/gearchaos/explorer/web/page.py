@@ -20,6 +20,7 @@ from gearchaos.explorer.features.assessment.panel import assessment_text, places
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
 from gearchaos.explorer.features.drawing.form import marks
 from gearchaos.explorer.features.drawing.panel import CYCLES, CycleFigure, Sheet, sheet_text
+from gearchaos.explorer.features.drawing.relief import Best, relief_text
 from gearchaos.explorer.features.knock.job import KnockedMotion
 from gearchaos.explorer.features.knock.panel import KnockFigure, knock_text
 from gearchaos.explorer.features.map.job import Map
@@ -120,8 +121,15 @@ class Page:
             self._sheet = Sheet.of(drawing, design, kept)
             for each in self.cycles:
                 each.show(self._sheet)
+            self._write("relief")
         self._write("sheet", "features/drawing/sheet", text=self._sheet and sheet_text(self._sheet),
                     needed=reading.needed, errors=reading.errors)
+
+    def show_relief(self, found: Best) -> None:
+        """Write which tip relief is best, unless the drawing has changed since."""
+        if self._sheet is not None and self._sheet.design == found.design:
+            text, address = relief_text(found, self._sheet.drawing)
+            self._write("relief", "features/drawing/relief", text=text, address=address)
 
     def draw(self, opened: Opened) -> None:
         """Take another drawing, or another one to keep."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from typing import NamedTuple
-from urllib.parse import urlencode
 
 import numpy as np
 from bokeh.models import ColumnDataSource, Line, Range1d
@@ -13,6 +12,7 @@ from bokeh.models import ColumnDataSource, Line, Range1d
 from gearchaos.datasheet.quantities import Entry, datasheet, pair_title
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.drawing import Drawing, changes
+from gearchaos.explorer.core.opened import address_of
 from gearchaos.explorer.core.style import FIRST_DATA, Panel, SetAttributes
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.transverse_section import transverse_section
@@ -145,7 +145,7 @@ def sheet_text(sheet: Sheet) -> SheetText:
     at = [f"{value:.6g} {unit}" for value, unit in ((design.speed, "rpm"), (design.torque, "N m")) if value is not None]
     return SheetText(", ".join([pair_title(design), *at]), teeth(design), rows,
                      None if kept is None else changes(kept, sheet.drawing),
-                     "" if kept is None else urlencode({"drawing": "", **dict(kept.texts)}, safe=";/*"),
+                     "" if kept is None else address_of(kept),
                      (*design.warnings, *design.assumptions))
 
 
