@@ -226,10 +226,7 @@ class Drawing:
             tables["study"] = {"kind": "zones", **{
                 n: f"{a.name}={a.start!r}:{a.stop!r}:{a.count}" for n, a in (("x", view.x), ("y", view.y))}}
         for name, table in tables.items():
-            section = tomlkit.table()
-            for key, value in table.items():
-                section[key] = _inline(value) if isinstance(value, dict) else value
-            document[name] = section
+            document[name] = table
         return tomlkit.dumps(document)
 
     @cached_property
@@ -333,12 +330,6 @@ def changes(before: Drawing, after: Drawing) -> list[tuple[str, str, str]]:
 
     return [(each.label, shown(before[key]), shown(after[key])) for key, each in inputs().items()
             if before[key] != after[key]]
-
-
-def _inline(table: Mapping[str, Any]) -> Any:
-    made = tomlkit.inline_table()
-    made.update(table)
-    return made
 
 
 def _names(error: InputError) -> list[str]:

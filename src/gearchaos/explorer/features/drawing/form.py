@@ -17,12 +17,8 @@ class Box(NamedTuple):
 
 def form(drawing: Drawing) -> list[tuple[str, list[Box]]]:
     """The rows of a form by heading, filled with a drawing."""
-    return [(heading, [_box(each, drawing[key]) for key, each in inputs().items() if _name(key) in names])
+    return [(heading, [_box(each, drawing[key]) for key, each in inputs().items() if key.split(".")[1] in names])
             for heading, names in GROUPS.items()]
-
-
-def _name(key: str) -> str:
-    return key.split(".")[1]
 
 
 def _box(given: Input, text: str) -> Box:
