@@ -9,9 +9,10 @@ from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, inputs
 from gearchaos.explorer.core.opened import Opened, opened
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
-from tests.slow.browser import NEEDED, SIZES, START, Visit
+from tests.slow.browser import NEEDED, SIZES, START, WAIT, Visit
 
 sync_api = pytest.importorskip("playwright.sync_api")
+sync_api.expect.set_options(WAIT)
 pytestmark = NEEDED
 NARROW = {"range.speed": "2000 rpm;2100 rpm", "range.torque": "60 N*m;70 N*m"}  # a map that is soon complete
 FOCUS = """([key, number]) => document.activeElement ===
@@ -133,6 +134,7 @@ def test_two_drawings_stand_side_by_side_with_words_for_what_changed(example):
       return view.model.renderers.map((each) => Array.from(each.data_source.data.y))
     }""")
     assert len(curves[0]) == len(curves[1]) > 100 and curves[0] != curves[1]
+    one.page.wait_for_function("location.search.includes('tip_relief.amount=8')")  # the address follows the page
     one.page.reload()
     sync_api.expect(words).to_contain_text("tip relief: amount not given → 8 µm")
     one.page.click("a:has-text('open the kept one')")

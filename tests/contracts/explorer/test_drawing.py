@@ -35,6 +35,10 @@ DRAWING = Drawing.of(EXAMPLE.items())
 DISTANCE, RELIEF, START = "design.centre_distance", "design.tip_relief.amount", "design.tip_relief.start_diameter"
 
 
+SPUR = (EXAMPLES / "spur_50_50.toml").read_text()
+FAULT = "\n[[design.faults]]\nwheel = 1\ntooth = 2\nstiffness_loss = 0.1\n"
+
+
 def drawn(**texts):
     """The example with other texts; of a key of `inputs` a dot is written as two underscores."""
     return Drawing.of({**EXAMPLE, **{key.replace("__", "."): text for key, text in texts.items()}}.items())
@@ -101,6 +105,7 @@ def test_profile_shifts_that_are_left_open_are_halves_of_the_sum_that_the_centre
     ({"range.torque": "10 N*m"}, "range.torque", "from and to"),
     ({RELIEF: "20 mm", START: "62 mm;206 mm"}, RELIEF, "a fifth of a module"),
     ({RELIEF: "20 um", "design.load_sharing": "tooth pairs"}, START, "must be given"),
+    ({DISTANCE: "125 mm"}, DISTANCE, "tip_clearance"), ({"design.teeth": "5;81"}, "design.teeth", "start_of_active"),
     ({"operation.speed": "200 rpm"}, "operation.speed", "long to compute")])
 def test_the_message_of_the_library_stands_beside_the_input_that_is_wrong(texts, key, words):
     reading = Drawing.of({**EXAMPLE, **texts}.items()).reading
@@ -206,6 +211,15 @@ def test_another_drawing_keeps_the_point_and_the_map_but_not_another_torque_or_r
     assert (ranged.x.start, ranged.x.stop) == (1000.0, 3000.0) and ranged.y == view.y and ranged.at == view.at
 
 
+@pytest.mark.parametrize("change", [{}, {"design__module": "8 1/in", "design__centre_distance": "165.1 mm"}])
+def test_a_study_file_of_a_drawing_opens_as_it(change):
+    page = Opened(PAPER).drawn(drawn(range__speed="1000 rpm;3000 rpm", **change))
+    again, _ = opened(f"study={packed(page.toml(page.start))}", Opened(PAPER))
+    assert again.start.gears == page.start.gears and (again.start.x, again.start.y) == (page.start.x, page.start.y)
+    assert again.drawing["design.module"] == page.drawing["design.module"]
+    assert again.named == again.drawn(again.drawing).named
+
+
 def test_an_address_opens_a_drawing_the_kept_one_an_example_a_file_or_what_the_server_has():
     own = Opened(PAPER)
     page = own.drawn(drawn(design__bore="30 mm"), DRAWING)
@@ -217,6 +231,9 @@ def test_an_address_opens_a_drawing_the_kept_one_an_example_a_file_or_what_the_s
     assert train.query == "example=train_idler&"
     file, _ = opened(f"study={packed((EXAMPLES / 'spur_50_50.toml').read_text())}", own)
     assert file.start.gears == load_study(EXAMPLES / "spur_50_50.toml").gears
+    assert file.drawing["design.teeth"] == "50;50" and not file.drawing["range.speed"]  # a design opens as a drawing
+    other, _ = opened(f"study={packed(SPUR + FAULT)}", own)
+    assert other.drawing is None and other.named[0][0] == "study"  # the form has no faults
     assert opened("omega=1.5", own) == (own, "omega=1.5")
     assert opened("speed=3000", Opened(GEARS))[0].start is GEARS
 

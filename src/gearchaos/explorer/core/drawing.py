@@ -52,6 +52,9 @@ _PITCH = units.DIAMETRAL_PITCH
 _FINE = ("tip_relief.amount", "lead_crowning", "lead_slope")  # lengths that drawings have in µm
 _HALF = "Assumed: half of the sum that the centre distance needs, each."
 _NO_EFFECT = "It has no effect before a number is given with it."
+_ASKED_FOR = {
+    "tip_clearance": "centre_distance", "contact_ratio": "centre_distance", "start_of_active_profile": "teeth"}
+"""What follows from a drawing, by the input beside which it is said that it cannot be."""
 _LONGEST = 200  # most characters of a text
 _SPLIT = 1e-4  # to which profile shifts are rounded down that the drawing leaves open
 
@@ -185,6 +188,25 @@ class Drawing:
             found[key] = text.strip()
         return cls(tuple((key, found[key]) for key in inputs() if found.get(key)))
 
+    @classmethod
+    def of_study(cls, document: Mapping[str, Any]) -> Drawing | None:
+        """The drawing of a study file of a design alone, over the ranges of its map; None of one that no form has."""
+        texts: dict[str, str] = {}
+        for table in ("design", "operation"):
+            for name, value in document.get(table, {}).items():
+                for part, each in value.items() if isinstance(value, Mapping) else [("", value)]:
+                    texts[".".join(filter(None, (table, name, part)))] = ";".join(
+                        map(str, each if isinstance(each, list) else [each]))
+        if "design.diametral_pitch" in texts:
+            texts[_MODULE] = texts.pop("design.diametral_pitch")
+        study = document.get("study", {})
+        for name, unit in (("speed", "rpm"), ("torque", "N*m")):
+            if found := re.match(rf"{name}=([^:]+):([^:]+):", f"{study.get('x')};{study.get('y')}".replace(";", "\n"),
+                                 re.MULTILINE):
+                texts[f"{_RANGES}.{name}"] = ";".join(f"{float(end):.10g} {unit}" for end in found.groups())
+        known = "design" in document and document.keys() <= {"design", "operation", "study"}
+        return cls.of(texts.items()) if known and texts.keys() <= inputs().keys() else None
+
     def __getitem__(self, key: str) -> str:
         return dict(self.texts).get(key, "")
 
@@ -316,7 +338,10 @@ class Drawing:
         """An error at the input that it is about; at "" if it is about none."""
         if error.field in inputs():
             return {error.field: _said(error)}
-        about = {"diametral_pitch": "module", "omega": "speed"}.get(error.field, re.sub(r"\[\d\]", "", error.field))
+        name = re.sub(r"\[\d\]", "", error.field)
+        if name in _ASKED_FOR:
+            return {f"design.{_ASKED_FOR[name]}": str(error)}
+        about = {"diametral_pitch": "module", "omega": "speed"}.get(name, name)
         near = [key for key, each in inputs().items() if f"{about}.".startswith(f"{each.path}.")
                 or f"{each.path}.".startswith(f"{about}.")]
         near.sort(key=lambda key: key not in self.values)  # one that is given, if there is any

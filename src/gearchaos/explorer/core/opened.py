@@ -104,7 +104,9 @@ def opened(query: str, default: Opened) -> tuple[Opened, str]:
     if EXAMPLE_FILE in given:
         return Opened(_example(given[EXAMPLE_FILE]), ((EXAMPLE_FILE, given[EXAMPLE_FILE]),)), rest
     if STUDY in given:
-        return Opened(_unpacked(given[STUDY]), ((STUDY, given[STUDY]),)), rest
+        view, of_file = _unpacked(given[STUDY])
+        found = Opened(view, ((STUDY, given[STUDY]),))
+        return (found if of_file is None else found.drawn(of_file)), rest
     return default, rest
 
 
@@ -160,8 +162,8 @@ def _example(name: str) -> View:
 
 
 @lru_cache
-def _unpacked(packed: str) -> View:
-    """The view of a study file that an address holds: its text by zlib, in base64 for addresses."""
+def _unpacked(packed: str) -> tuple[View, Drawing | None]:
+    """The view of a study file that an address holds, its text by zlib, in base64 for addresses; and its drawing."""
     try:
         unpack = zlib.decompressobj()
         content = unpack.decompress(base64.b64decode(f"{packed}{'=' * (-len(packed) % 4)}", b"-_", True), _MOST_BYTES)
@@ -177,7 +179,7 @@ def _unpacked(packed: str) -> View:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "study.toml"
         path.write_bytes(content)
-        return study_view(load_study(path))
+        return study_view(load_study(path)), Drawing.of_study(document)
 
 
 def _texts(value: Any) -> Iterator[str]:
