@@ -156,6 +156,7 @@ def test_the_sheet_has_the_numbers_of_the_datasheet_and_the_kept_drawing_at_the_
     assert text.changed == [("tip relief: amount", "not given", "8 µm"),
                             ("tip relief: start diameter", "not given", "63 mm / 207.5 mm")]
     assert "3000 rpm" in text.title and "90 N m" in text.title and changes(DRAWING, DRAWING) == []
+    assert changes(DRAWING, drawn(operation__torque="90 N*m")) == []  # both stand at the same point
     assert opened(text.address, Opened(PAPER))[0].drawing == DRAWING
 
 
@@ -218,6 +219,14 @@ def test_a_study_file_of_a_drawing_opens_as_it(change):
     assert again.start.gears == page.start.gears and (again.start.x, again.start.y) == (page.start.x, page.start.y)
     assert again.drawing["design.module"] == page.drawing["design.module"]
     assert again.named == again.drawn(again.drawing).named
+
+
+def test_plain_numbers_of_a_study_file_keep_their_units_in_the_form():
+    """In a file they are in SI, speeds in rpm; a form offers mm first."""
+    text = SPUR.replace('module = "3 mm"', "module = 0.003").replace('speed = "3000 rpm"', "speed = 3000")
+    found, _ = opened(f"study={packed(text)}", Opened(PAPER))
+    assert (found.drawing["design.module"], found.drawing["operation.speed"]) == ("0.003 m", "3000 rpm")
+    assert found.start.gears == load_study(EXAMPLES / "spur_50_50.toml").gears
 
 
 def test_an_address_opens_a_drawing_the_kept_one_an_example_a_file_or_what_the_server_has():

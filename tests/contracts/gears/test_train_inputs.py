@@ -73,7 +73,8 @@ REFUSED = [
      "nothing is left to compute"),
     (with_first(motion=[{"order": 2}]), "body a: motion[0].acceleration", "or angle, not both", "300 rad/s^2"),
     (with_first(motion=[{"order": 2, "accel": 3}]), "body a: motion[0]", "must have no key but", "'acceleration'"),
-    (with_first(motion=[{"order": 2000.5, "angle": 1}]), "body a: motion[0].order", "must be at most 1000", "'7/3'."),
+    (with_first(motion=[{"order": 2000.5, "angle": 1}]), "body a: motion[0].order", "1/1000 and 1000", "'7/3'."),
+    (with_first(motion=[{"order": 1e-7, "angle": 1}]), "body a: motion[0].order", "between 1/1000 and 1000"),
     # names and tables
     (train(meshes=[mesh("a", "bb")]), "mesh a/bb: between", "must be one of a, b", "Did you mean 'b'?"),
     (train(body("a"), body("b", inerta=1)), "body b", "must have no key but name, inertia", "Did you mean 'inertia'?"),

@@ -191,12 +191,16 @@ class Drawing:
     @classmethod
     def of_study(cls, document: Mapping[str, Any]) -> Drawing | None:
         """The drawing of a study file of a design alone, over the ranges of its map; None of one that no form has."""
+        def text(key: str, value: Any) -> str:
+            dimension = inputs()[key].reader.dimension if key in inputs() else None
+            return f"{value} {dimension.unit}" if dimension and not isinstance(value, str) else str(value)
+
         texts: dict[str, str] = {}
         for table in ("design", "operation"):
             for name, value in document.get(table, {}).items():
                 for part, each in value.items() if isinstance(value, Mapping) else [("", value)]:
-                    texts[".".join(filter(None, (table, name, part)))] = ";".join(
-                        map(str, each if isinstance(each, list) else [each]))
+                    key = ".".join(filter(None, (table, name, part)))
+                    texts[key] = ";".join(text(key, item) for item in (each if isinstance(each, list) else [each]))
         if "design.diametral_pitch" in texts:
             texts[_MODULE] = texts.pop("design.diametral_pitch")
         study = document.get("study", {})
@@ -349,12 +353,13 @@ class Drawing:
 
 
 def changes(before: Drawing, after: Drawing) -> list[tuple[str, str, str]]:
-    """The inputs in which two drawings differ: in words, what each has; "not given" where it has none."""
+    """The inputs in which two drawings differ, but for the operating point: in words, what each has; "not given" where
+    it has none."""
     def shown(text: str) -> str:
         return text.replace(";", " / ").replace(" um", " µm") or "not given"
 
     return [(each.label, shown(before[key]), shown(after[key])) for key, each in inputs().items()
-            if before[key] != after[key]]
+            if before[key] != after[key] and key.startswith("design.")]
 
 
 def _names(error: InputError) -> list[str]:

@@ -9,13 +9,20 @@ from functools import cached_property
 from gearchaos.gears.geometry.dimensions import Geometry, Pair
 
 
+def _of_external_gears(self: InternalGeometry) -> Pair:
+    raise NotImplementedError("the formula is that of external gears")
+
+
 @dataclass(frozen=True)
 class InternalGeometry(Geometry):
     """Dimensions of an internal gear pair, ISO 21771:2007; wheel 2 is the ring.
 
     Teeth and diameters are positive. The ring's profile shift has the sign of the standard, where its number of teeth
-    is negative: a positive one moves its teeth inwards.
+    is negative: a positive one moves its teeth inwards. What has no formula here raises `NotImplementedError`.
     """
+
+    working_diameter = single_contact_diameter = start_of_active_profile = property(_of_external_gears)
+    tip_clearance = tip_thickness = theoretical_backlash = property(_of_external_gears)
 
     @cached_property
     def tip_diameter(self) -> Pair:

@@ -105,11 +105,11 @@ class Assembly:
     def backlash(self, element: Element) -> np.ndarray:
         """The play of a mesh, or between stops, (P,)."""
         if element.stops:
-            return self.ahead(element, 1.0) + self.ahead(element, -1.0)
+            return self.half_play(element, 1.0) + self.half_play(element, -1.0)
         return self._of(self.value(element.owner, "backlash", element.backlash))
 
-    def ahead(self, element: Element, side: float | np.ndarray) -> np.ndarray:
-        """How far the front flank, of the side 1, or the back flank, −1, stands from the middle, or a stop, (P,)."""
+    def half_play(self, element: Element, side: float | np.ndarray) -> np.ndarray:
+        """How far the flank or stop of a side, 1 in front and −1 behind, stands from the middle, (P,)."""
         if not element.stops:
             return self.backlash(element) / 2
         front = self._of(self.value(element.owner, "stop", element.stops.stop))
@@ -187,7 +187,7 @@ class Assembly:
             rows[m, self.at] = self.coefficients(element)
             pushes[:, m, self.place] = np.einsum("pvn,n->pv", self.to_speeds, element.row)
             front = self.middle @ rows[m, self.at] - element.ahead + (
-                self.ahead(element, 1.0) if element.stops else 0.0)
+                self.half_play(element, 1.0) if element.stops else 0.0)
             offsets[:, m] = np.stack([front, self.backlash(element) - front], axis=1)
         return rows, pushes, offsets
 
@@ -242,7 +242,7 @@ class Assembly:
                 part, side, mean = self._over_period(element), np.where(force < 0, -1.0, 1.0), mean_stiffness(element)
                 first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
                 first = np.where(first > 0, first, mean)  # where the first teeth are missing
-                w[:, i] = side * self.ahead(element, side) + force / (
+                w[:, i] = side * self.half_play(element, side) + force / (
                     np.where(side > 0, *first) * self.stiffness(element) / mean)
             else:
                 w[:, i] = force / self.stiffness(element)

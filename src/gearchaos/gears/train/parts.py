@@ -98,9 +98,9 @@ def ends_of(field: str, value: Any) -> tuple[str, str]:
 def _order(field: str, value: Any) -> float:
     ratio = re.fullmatch(r"\s*(\d{1,9})\s*/\s*([1-9]\d{0,8})\s*", value) if isinstance(value, str) else None
     found = number(POSITIVE)(field, int(ratio[1]) / int(ratio[2]) if ratio else value)
-    if found > _MOST_ORDER:
-        raise InputError(field, f"must be at most {_MOST_ORDER}", value, "It counts turns of the first body, e.g. 2, "
-                         "0.5 or '7/3'.")
+    if not 1 / _MOST_ORDER <= found <= _MOST_ORDER:
+        raise InputError(field, f"must lie between 1/{_MOST_ORDER} and {_MOST_ORDER}", value,
+                         "It counts turns of the first body, e.g. 2, 0.5 or '7/3'.")
     return found
 
 

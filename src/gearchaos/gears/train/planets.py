@@ -49,8 +49,7 @@ class PlanetarySet(Record):
 
     Its ``bodies`` are ``sun``, ``carrier``, ``ring``, ``planet1``, …, those that are held last, and its ``meshes``
     ``sun/planet1``, ``planet1/ring``, …. Other bodies are joined to it by shafts, such as a ring that is held
-    elastically, by a shaft to ``"ground"``. A ``name`` stands before theirs, ``low_sun`` and
-    ``low_sun/planet1``.
+    elastically, by a shaft to ``"ground"``. A ``name`` stands before theirs: ``low_sun/planet1``.
 
     Parameters
     ----------

@@ -267,7 +267,7 @@ class Train(Damped, HasCard):
     def followed(self) -> dict[Fraction, Fraction]:
         """The orders that are followed, by the exact ones, which they may miss where all would repeat late."""
         tied = [{self._exact_order(mesh), *(self._exact_order(mesh) / mesh.teeth[i] for i in mesh.turning)}
-                for mesh in self.meshes if mesh.turning]
+                for mesh in self.meshes if mesh.turning and self._exact_order(mesh)]
         return followed_orders(self._exact_orders, tied, self.frequency_tolerance)
 
     def excitation_orders(self) -> dict[str, Fraction]:

@@ -35,8 +35,8 @@ def relief_text(found: Best, drawing: Drawing) -> tuple[str, str]:
     if not any(amount.value):
         return "No tip relief from these diameters lessens the loaded error at this torque.", ""
     amounts, starts = [measured(each, 3) for each in amount.value], [measured(each, 6) for each in start.value]
-    sentence = (f"At this torque the loaded error varies least with a tip relief of {' / '.join(amounts)} µm from "
-                f"{' / '.join(starts)} mm: {measured(error.value, 3)} µm peak to peak.")  # type: ignore[arg-type]
+    sentence = (f"At {found.design.torque:.6g} N m the loaded error varies least with a tip relief of "
+                f"{' / '.join(amounts)} µm from {' / '.join(starts)} mm: {measured(error.value, 3)} µm peak to peak.")  # type: ignore[arg-type]
     texts = dict(drawing.texts) | {"design.tip_relief.amount": ";".join(f"{each} um" for each in amounts),
                                    "design.tip_relief.start_diameter": ";".join(f"{each} mm" for each in starts)}
     own = drawing.reading.design
