@@ -117,7 +117,8 @@ _ANSWERED = {
     "^helix_angle$": "It is an input of a drawing, a [design]. A mesh has one with design = 'pair.toml', planets have "
     "one for all in [train.planets]; without, base radii, backlash and stiffness are those of the transverse plane.",
     r"bevel|(?<![a-z])cone|worm|hypoid|spiral|shaft_angle": "Gears on parallel axes are computed. A bevel or worm "
-    "gear is a mesh of a [train] with its base radii, stiffness and backlash in the plane of its forces, without its axial motion.",
+    "gear is a mesh of a [train] with its base radii, stiffness and backlash in the plane of its forces, and no axial "
+    "motion.",
     "tanh|arctan|smooth": "The backlash is piecewise linear and is not smoothed: docs/method.md.",
 }
 

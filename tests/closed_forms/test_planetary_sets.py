@@ -9,6 +9,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.errors import InputError
 from gearchaos.gears.design.transverse_section import transverse_section
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.gears.train.train_file import read_train
 from tests import EXAMPLES
 
@@ -122,12 +123,17 @@ SHARING = {"count": 3, "teeth": (27, 36, 99), "module": "2.8 mm",
            "ring_mesh": {"stiffness": 4e8, "damping": 800, "backlash": 1e-3}}
 
 
-def forces_of_planets(errors, pin=None, sun=None, wanted="force_peak"):
-    """Peak forces of the sun and ring meshes of three planets at 200 N m, N."""
+def train_of_planets(errors, pin=None, sun=None):
+    """Three planets at 200 N m."""
     held = planets(**{**SHARING, **BODIES, "sun": {"inertia": 1e-3, "torque": 200, **(sun or {})},
                       "carrier": {"inertia": 0.05, "torque": -200 * (1 + 99 / 27)}, "position_errors": errors,
                       "planet": {**BODIES["planet"], **({"pin": pin} if pin else {})}})
-    found = gc.regime(gc.Train(speed=1000, bodies=held.bodies, meshes=held.meshes)).meshes
+    return gc.Train(speed=1000, bodies=held.bodies, meshes=held.meshes)
+
+
+def forces_of_planets(*given, wanted="force_peak"):
+    """Peak forces of the sun and ring meshes of three planets, N."""
+    found = gc.regime(train_of_planets(*given)).meshes
     return np.array([[found[mesh][wanted] for mesh in (f"sun/planet{n}", f"planet{n}/ring")] for n in (1, 2, 3)])
 
 
@@ -141,6 +147,9 @@ def test_a_pin_that_stands_ahead_changes_the_share_of_its_planet(pin):
     mean = 200 / 3 / (27 * 2.8e-3 * cosine / 2)
     expected = mean - 2 * cosine * (errors - errors.mean()) / series
     assert forces_of_planets(errors.tolist(), pin) == pytest.approx(np.stack([expected, expected], axis=1), rel=1e-9)
+    model = as_model(train_of_planets(errors.tolist(), pin))
+    deflection = gc.simulate(model, 1).section_deflection.values[0] * model.units.length
+    assert deflection == pytest.approx(np.outer(expected, [1 / 5e8, 1 / 4e8]).ravel(), rel=1e-9)
 
 
 def test_a_planet_that_stands_too_far_ahead_carries_nothing():
