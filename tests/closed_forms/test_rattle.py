@@ -78,6 +78,20 @@ def test_a_throw_is_a_parabola_and_no_touch_of_the_back_flank_is_passed_over(mis
     assert np.abs(plain.w - measured.w).max() < 1e-11 and np.abs(plain.w - beside.w).max() < 1e-11
 
 
+@pytest.mark.parametrize("order", [2, 8, 16])
+def test_a_flight_under_a_fast_excitation_ends_where_integrals_say(order):
+    """z'' = f0 + Σ a cos jωτ + b sin jωτ leaves z' + f0 T and z + z' T + f0 T²/2 + Σ b T/(jω) after a period T."""
+    motion = [{"order": n, "acceleration": 300.0 * n, "phase": 0.7} for n in {1, order}]
+    flow = initial_value_problems(as_model(loose_train(motion=motion, speed=3000.0, backlash=4e-3))).flow
+    contacts, w0 = flow.system.contacts, np.array([-0.8, 0.0])
+    period, f0, b = 2 * np.pi / flow.system.omega[0], flow.system.f0[0, 1], contacts.f_sin[0, :, 1]
+    turns = b / contacts.orders / flow.system.omega[0] * period
+    expected = [w0[0] + w0[1] * period + f0 * period**2 / 2 + turns.sum(), w0[1] + f0 * period]
+    run = flow.advance(w0[:, None], 1, measured=True)
+    assert run.measures[Measure.BACK_TIME] == run.measures[Measure.FRONT_TIME] == 0
+    assert np.abs(turns).max() > 1e-3 and run.w[:, 0] == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
 def test_the_exponents_of_a_rattling_wheel_sum_to_its_mean_trace():
     found = gc.regime(loose_train(wheel={"torque": -0.05}), settings=SHORT)
     assert found.contact == "two-sided" and found.trace_error < 1e-11
