@@ -109,7 +109,7 @@ def test_forces_of_a_wind_turbine_s_gearbox_are_those_of_statics():
     assert train.speeds["rotor"] == pytest.approx(-12.1, rel=1e-12)
     still = replace(train, meshes=[replace(mesh, stiffness=7e9, error_amplitudes=()) for mesh in train.meshes])
     found, torque = gc.regime(still).meshes, train.body("rotor").torque
-    for name, (sun, ring) in {"low": (19, 56), "middle": (18, 93)}.items():
+    for name, (sun, ring) in {"low": (19, 56), "mid": (18, 93)}.items():
         torque *= sun / (sun + ring)
         radius = next(mesh for mesh in train.meshes if mesh.name == f"{name}_sun/planet1").base_radii[0]
         for mesh in (f"{name}_{pair}" for n in (1, 2, 3) for pair in (f"sun/planet{n}", f"planet{n}/ring")):

@@ -141,7 +141,8 @@ def train(train: Train, ax: Axes | None = None) -> Axes:
     Wheels that mesh touch, bodies on one shaft stand beside each other with a double line between them, and planets
     stand on the circle of their carrier. With planets circles are to scale, otherwise small wheels are drawn larger, so
     that they can be read. Where a loop does not close in the plane, a dotted line is the mesh. A broken edge is a
-    prescribed motion, hatching a body that is held. Names of meshes and shafts are written where they were given.
+    prescribed motion, hatching a body that is held. Names of shafts, and of meshes without
+    planets, are written where they were given.
 
     Parameters
     ----------
@@ -201,7 +202,8 @@ def train(train: Train, ax: Axes | None = None) -> Axes:
             across = np.array([-along[1], along[0]]) * 0.16 * scheme.unit
             ax.plot(*zip(start - across, start + across, strict=True), color=adapt(STROBE), linewidth=2.2, zorder=3,
                     solid_capstyle="butt")
-        _write_name(ax, (start + end) / 2, mesh.name if mesh.name != "/".join(mesh.between) else "", STROBE)
+        given = mesh.name != "/".join(mesh.between) and train.carrier(mesh) is None
+        _write_name(ax, (start + end) / 2, mesh.name if given else "", STROBE)
     return ax
 
 

@@ -12,6 +12,7 @@ import gearchaos as gc
 from gearchaos import plot
 from gearchaos.errors import InputError
 from gearchaos.gears.train.planets import PlanetarySet
+from tests import EXAMPLES
 
 STEPS = {"levels": [3e8, 2e8], "starts": [0.0, 0.6]}
 
@@ -87,6 +88,12 @@ def test_arrows_point_in_the_sense_of_rotation():
         (x, y) = circle.center
         turn = (start[0] - x) * (end[1] - y) - (start[1] - y) * (end[0] - x)
         assert turn * train.speeds[name] > 0
+
+
+def test_names_of_the_meshes_of_planets_are_not_written():
+    ax = plot.train(gc.open(EXAMPLES / "train_wind_turbine.toml"))
+    written = [text.get_text() for text in ax.texts]
+    assert "high" in written and not any("/" in text for text in written)
 
 
 def test_planets_stand_around_their_sun_inside_a_hatched_ring_that_is_held():
