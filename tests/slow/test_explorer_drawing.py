@@ -10,6 +10,7 @@ from gearchaos.explorer.core.opened import Opened, opened
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.slow.browser import NEEDED, SIZES, START, WAIT, Visit
+from tests.slow.instant import wait_until
 
 sync_api = pytest.importorskip("playwright.sync_api")
 sync_api.expect.set_options(WAIT)
@@ -97,7 +98,7 @@ def test_the_keyboard_alone_draws_a_pair_up_to_its_motion_and_the_address_has_it
     one.page.wait_for_selector("#sheet svg")
     one.page.wait_for_selector(".verdict[data-final='1'][data-stage='complete']")
     one.page.wait_for_selector("#legend .entry")
-    assert one.drawing == Drawing.of(wanted.items())
+    wait_until(lambda: one.drawing == Drawing.of(wanted.items()))  # the address follows the page
     before = one.page.locator("#sheet table").inner_text()
     one.page.reload()
     one.page.wait_for_selector("#sheet svg")
@@ -134,12 +135,12 @@ def test_two_drawings_stand_side_by_side_with_words_for_what_changed(example):
       return view.model.renderers.map((each) => Array.from(each.data_source.data.y))
     }""")
     assert len(curves[0]) == len(curves[1]) > 100 and curves[0] != curves[1]
-    one.page.wait_for_function("location.search.includes('tip_relief.amount=8')")  # the address follows the page
+    wait_until(lambda: one.drawing["design.tip_relief.amount"] == "8 um")
     one.page.reload()
     sync_api.expect(words).to_contain_text("tip relief: amount not given → 8 µm")
     one.page.click("a:has-text('open the kept one')")
     one.page.wait_for_selector("[data-press=keep]:has-text('keep this one')")
-    assert one.drawing == Drawing.of({**EXAMPLE, **NARROW}.items())
+    wait_until(lambda: one.drawing == Drawing.of({**EXAMPLE, **NARROW}.items()))
 
 
 def test_the_best_relief_is_found_and_taken(example):
