@@ -148,10 +148,10 @@ def fit(
     "transmission error", "acceleration"] = 'mesh force', uncertainty: str | None = None, starts: int = 8, seed: int =
     0, columns: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed."""
+    """Fit damping, backlash and transmission error of a gear pair to measured orders over the speed."""
 
 class Fit(_Fit):
-    """Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed."""
+    """Fit damping, backlash and transmission error of a gear pair to measured orders over the speed."""
 
     def __init__(
         self, model: AnyModel, measured: str, vary: tuple[str, ...], *, quantity: Literal["mesh force", "deflection",

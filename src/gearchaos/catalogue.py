@@ -86,7 +86,7 @@ STUDIES: dict[str, dict[str, Any]] = {
     },
     'fit': {
         'module': 'studies.fit.fit', 'class': 'Fit',
-        'help': 'Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.',
+        'help': 'Fit damping, backlash and transmission error of a gear pair to measured orders over the speed.',
         'group': 'Gears', 'needs_out': False, 'summary': 'fit',
         'axes': {},
         'options': {
@@ -202,7 +202,7 @@ STUDIES: dict[str, dict[str, Any]] = {
             },
             'load_change': {
                 'type': 'float',
-                'help': 'The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half; 1 by default.',
+                'help': 'The load is -LAMBDA times itself for a time: 1 reversal, 0 loss, -0.5 half; 1 by default.',
             },
             'wide': {
                 'type': 'bool', 'help': 'Look at wide ranges of states instead, which no load stores.',
@@ -225,7 +225,7 @@ STUDIES: dict[str, dict[str, Any]] = {
             },
             'load_change': {
                 'type': 'float',
-                'help': 'The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half; 1 by default.',
+                'help': 'The load is -LAMBDA times itself for a time: 1 reversal, 0 loss, -0.5 half; 1 by default.',
                 'metavar': 'LAMBDA',
             },
             'wide': {

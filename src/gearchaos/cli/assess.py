@@ -46,7 +46,8 @@ _MOST_TABLES, _MOST_JUMPS = 6, 6
 """Torques of which the ranges are printed, and jumps."""
 
 Speeds = Annotated[
-    str, typer.Option(metavar="A:B[:N]", help="Speeds of wheel 1, rpm; N first ones, by default 40; others are added.")
+    str, typer.Option(metavar="A:B[:N]", help="Speeds of wheel 1, rpm; begins with N of them, by default 40, and adds "
+                      "others where needed.")
 ]
 Torques = Annotated[
     list[str] | None,
@@ -67,12 +68,13 @@ def assess(
     gears: GearsPath, speed: Speeds, torque: Torques = None, sets: Sets = None, factor: Factor = None,
     starts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="States after a load change at each speed; 128, 64 or 32 by torques and "
-                     "speeds."),
+        typer.Option(metavar="N", help="States after a load change at each speed; by default 128, 64 or 32, fewer for "
+                     "more torques and speeds."),
     ] = None,
     spacing: Annotated[
         float | None,
-        typer.Option(metavar="SHARE", help="Spacing of their speeds, as a share of the speed; 0.0025, 0.01 or 0.025."),
+        typer.Option(metavar="SHARE", help="Largest step between speeds with such states, as a share of the speed; by "
+                     "default 0.0025, 0.01 or 0.025."),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="S", help="Of the random initial states.")] = 0,
     sensitivity: Annotated[

@@ -19,20 +19,20 @@ if TYPE_CHECKING:
 
 Factor = Annotated[
     float | None,
-    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor above F; where the "
-                 "stiffness jumps, above F times the quasi-static one."),
+    typer.Option(metavar="F", help="Also speeds in contact with a dynamic factor above F; where the stiffness jumps, "
+                 "above F times that of slowly turning gears."),
 ]
 RootStress = Annotated[
     str | None,
     typer.Option("--root-stress", metavar="S",
-                 help="Also speeds in contact with a nominal root stress above S, N/mm²."),
+                 help="Also speeds in contact with nominal root stress × dynamic factor above S N/mm²."),
 ]
 _LOAD_CHANGE = catalogue.STUDIES["scatter"]["options"]["load_change"]["help"]
 LoadChange = Annotated[
     str | None,
     typer.Option("--load-change", metavar="LAMBDA|none", help=_LOAD_CHANGE),
 ]
-Wide = Annotated[bool, typer.Option("--wide", help="Look at wide ranges of states, which no load stores.")]
+Wide = Annotated[bool, typer.Option("--wide", help="Also begin with more energy than any load change stores.")]
 
 REVERSED = "1"
 """The change of the load unless another is given."""

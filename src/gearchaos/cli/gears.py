@@ -29,8 +29,8 @@ Page = Annotated[
 Speeds = Annotated[
     str | None,
     typer.Option(metavar="A:B[:N]",
-                 help="Speeds of wheel 1, rpm; N first ones, by default 40; others are added. Without it 10 to 150 % "
-                 "of the main resonance, up to 60 m/s."),
+                 help="Speeds of wheel 1, rpm; begins with N of them, by default 40, and adds others where needed. "
+                 "Without it 10 to 150 % of the main resonance, up to 60 m/s."),
 ]
 Torques = Annotated[
     list[str] | None,

@@ -84,7 +84,7 @@ SpectrumOut = Annotated[Path | None, typer.Option(
     readable=False)]
 Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Picture as well: .png, .pdf or .svg.", readable=False)]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
-Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; for a physical pair.")]
+Physical = Annotated[bool, typer.Option("--physical", help="µm, mm/s, N, Hz; for gears given with units.")]
 
 
 def axes_option(counts: Sequence[int | None]) -> Any:

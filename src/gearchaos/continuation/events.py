@@ -85,7 +85,7 @@ def branch_test(cycle: Cycle) -> float:
 
 
 def flip_test(cycle: Cycle) -> float:
-    """Π (μ + 1) over all multipliers: the determinant of M + 1."""
+    """Of a period doubling: Π (μ + 1) over all multipliers, the determinant of M + 1."""
     return float(math.prod([m + 1.0 for m in cycle.multipliers.tolist()]).real)
 
 

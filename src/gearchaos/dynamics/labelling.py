@@ -1,6 +1,6 @@
 """Which label a motion gets, in three stages, each for the motions that the previous one left unresolved.
 
-Periodic, diverged and chattering motions are recognised by `state.py`, all others here.
+Periodic, diverged and chattering motions are recognised by `transients.py`, all others here.
 
 Arguments named ``motions`` are the indices of some of the motions of a `ClassificationState`.
 """

@@ -1,5 +1,5 @@
-"""What `labelling.py` and `state.py` decide about motions: codes and texts of the kinds of motion and of the reasons,
-and the table of many motions.
+"""What `labelling.py` and `transients.py` decide about motions: codes and texts of the kinds of motion and of the
+reasons, and the table of many motions.
 """
 
 from __future__ import annotations

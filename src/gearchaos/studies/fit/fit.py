@@ -36,7 +36,7 @@ _BELOW_WHOLE = Rule(lambda v: 0 < v < 1, "must be more than 0 % and less than 10
 
 @dataclass(frozen=True)
 class Fit(WholeStudy):
-    """Fit damping, backlash and transmission error of a gear pair to a measured orders over the speed.
+    """Fit damping, backlash and transmission error of a gear pair to measured orders over the speed.
 
     The steady motions at all measured speeds are those of the exact flow. Where several motions are possible at a
     speed, from rest and after slow sweeps through the measured speeds, rising and falling, the one nearest to the

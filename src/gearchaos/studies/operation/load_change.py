@@ -30,7 +30,7 @@ from gearchaos.validation import check_rule, to_float
 
 LOAD_CHANGES = Rule(lambda v: (v > -1) & (v <= 3), "must be greater than -1, at most 3",
                     "The load goes to −λT: 1 is a reversal, 0 a lost load, -0.5 a fall to half.")
-CHANGE = "The load goes to -LAMBDA times itself and back: 1 reversal, 0 loss, -0.5 half."
+CHANGE = "The load is -LAMBDA times itself for a time: 1 reversal, 0 loss, -0.5 half."
 """What λ is, for users."""
 
 _ANGLES = 257  # of the displacements over which states are drawn
