@@ -27,8 +27,8 @@ from scipy.stats import spearmanr
 
 import gearchaos as gc
 from gearchaos.errors import DesignWarning, InputError
-from gearchaos.gears.dynamic_factor import MAIN_END, SUPERCRITICAL_START
 from gearchaos.gears.dynamic_factor.iso_method_b import of_design
+from gearchaos.gears.dynamic_factor.main_resonance import MAIN_END, SUPERCRITICAL_START
 from gearchaos.gears.io.units import RPM
 from gearchaos.gears.operation.loaded_error import loaded_error
 from gearchaos.gears.transmission_error import PERMISSIBLE_OVER_SD

@@ -7,7 +7,7 @@ import pytest
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor import Refused, ResonanceRange, resonance, standards
+from gearchaos.gears.dynamic_factor import Refused, standards
 from gearchaos.gears.dynamic_factor.agma import dynamic_factor_agma, quality_number
 from gearchaos.gears.dynamic_factor.iso_method_b import (
     Deviations,
@@ -21,6 +21,7 @@ from gearchaos.gears.dynamic_factor.iso_method_b import (
     running_in_allowance,
 )
 from gearchaos.gears.dynamic_factor.iso_method_c import DynamicFactorC, dynamic_factor_c
+from gearchaos.gears.dynamic_factor.main_resonance import ResonanceRange, resonance
 from gearchaos.gears.geometry.mechanics import MeshLoad, mesh_load
 from gearchaos.gears.stiffness.iso6336 import tooth_stiffness
 from gearchaos.gears.transmission_error import Quality, tolerances

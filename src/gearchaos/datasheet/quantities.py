@@ -15,7 +15,8 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor import DynamicFactor, Resonance, Standard, lower_limit_ratio, resonance, standards
+from gearchaos.gears.dynamic_factor import DynamicFactor, Standard, standards
+from gearchaos.gears.dynamic_factor.main_resonance import Resonance, lower_limit_ratio, resonance
 from gearchaos.gears.geometry.dimensions import DESIGN_FORMULAS, GEOMETRY_FORMULAS
 from gearchaos.gears.geometry.mechanics import MeshLoad
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS, RootFactors, root_factors, root_stress

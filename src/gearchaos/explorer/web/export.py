@@ -76,7 +76,7 @@ def exported(
 def assessment(suffix: str, found: Assessment, line: SpeedLine) -> Generator[tuple[bytes, str, str]]:
     """The file of an assessment as (content, media type, file name), the only result of this job.
 
-    The suffixes "html" and "pdf" give the report of `gearchaos assess --out` and ``--pdf``, "json" what `gearchaos assess --json`
+    The suffixes "html" and "pdf" give what `gearchaos assess` writes by ``--out`` and ``--pdf``, "json" what ``--json``
     prints, and the study file of what was assessed.
     """
     if suffix == "json":

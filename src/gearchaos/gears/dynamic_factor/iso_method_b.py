@@ -10,15 +10,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from gearchaos.errors import InputError
-from gearchaos.gears.dynamic_factor import (
+from gearchaos.gears.dynamic_factor import Refused, Standard, velocity_parameter
+from gearchaos.gears.dynamic_factor.main_resonance import (
     MAIN_END,
     SUPERCRITICAL_START,
-    Refused,
     Resonance,
     ResonanceRange,
-    Standard,
     resonance,
-    velocity_parameter,
 )
 from gearchaos.gears.io.fields import described
 from gearchaos.gears.io.units import RPM

@@ -55,8 +55,8 @@ class Assembly:
     def to_speeds(self) -> np.ndarray:
         """Accelerations of the chosen deflections, and of the kept turning, from forces, (P, r + k, n)."""
         found = self.found
-        turn = np.einsum("nk,pnm->pkm", found.kept, self.mass)
-        turned = found.kept.T[None] / np.einsum("pkm,mk->pk", turn, found.kept)[:, :, None]
+        turn = np.einsum("nk,pnm->pkm", found.turning, self.mass)
+        turned = found.turning.T[None] / np.einsum("pkm,mk->pk", turn, found.turning)[:, :, None]
         return np.concatenate([np.einsum("rn,pnm->prm", found.S, np.linalg.inv(self.mass)), turned], axis=1)
 
     @cached_property

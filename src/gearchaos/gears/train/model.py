@@ -149,8 +149,9 @@ class TrainModel(GearModel):
             f"{f' and {len(names) - 1} others' * (len(names) > 2)}" for count, names in alike.items())
         turns = "".join(f" = {n} turn{'s' * (n > 1)} of {name}" for name, n in train.turns.items())
         parts = [f"{count} {words.split('/')[count > 1]}" for words, count in counts.items() if count]
-        parts += [f"pairs of tooth {f.tooth} of {mesh.between[f.wheel - 1]} {100 * (1 - f.kept):.3g} % less stiff"
-                  for mesh in train.meshes for f in mesh.faults if f.kept < 1][:_NAMED]
+        parts += [f"pairs of tooth {f.tooth} of {mesh.between[f.wheel - 1]} "
+                  f"{100 * (1 - f.stiffness_share):.3g} % less stiff"
+                  for mesh in train.meshes for f in mesh.faults if f.stiffness_share < 1][:_NAMED]
         return (f"train: {', '.join(parts)}; everything repeats after {train.period * 1e3:.4g} ms"
                 f"{' = ' * bool(train.cycles)}{cycles}{turns}, the period of results" + (
                     f"; for that, frequencies are up to {100 * train.deviation:.2g} % off" if train.deviation else ""))
@@ -271,7 +272,7 @@ def _(model: TrainModel, values: Mapping[str, Any]) -> TrainBatch:
     found = structure(model.train)
     for name in flat:
         if name in {f"{parameter_owner(body.name)}.damping" for body in found.free} and (
-                found.rigid.shape[1] > found.kept.shape[1]):
+                found.rigid.shape[1] > found.turning.shape[1]):
             raise InputError(name, "must be varied where a body has damping", 0.0, "Otherwise the speed of turning as "
                              "a whole is no coordinate. Give one a damping greater than 0.")
     batch = TrainBatch(model, MappingProxyType(flat), next(iter(sizes))[0])

@@ -170,9 +170,9 @@ class Structure:
         forward = np.where(free[:1] < 0, -1.0, 1.0)  # the first body in its own sense
         self.rigid = forward * free / np.abs(free).max(axis=0, initial=0.0) / radius  # (n, n - r)
         damped = any(body.damping for body in self.free)
-        self.kept = self.rigid if damped else self.rigid[:, :0]
+        self.turning = self.rigid if damped else self.rigid[:, :0]
         self.names = tuple(name for element in self.chosen for name in self.coordinate(element)) + tuple(
-            f"rotation{i or ''}_dot" for i in range(self.kept.shape[1]))
+            f"rotation{i or ''}_dot" for i in range(self.turning.shape[1]))
 
     def coordinate(self, element: Element) -> tuple[str, str]:
         """The names of a deflection and its rate; those of the first mesh are z and z_dot."""

@@ -26,7 +26,7 @@ def check_pitch(deviations: Sequence[Sequence[float]], teeth: Sequence[int]) -> 
 class _Wheel(NamedTuple):
     """The teeth of one wheel, each (z,)."""
 
-    kept: np.ndarray  # share of the stiffness that is left
+    stiffness_share: np.ndarray  # share of the stiffness that is left
     late: np.ndarray  # by how much a tooth comes too late, m
     back: np.ndarray  # by how much its driving flank stands back, m
 
@@ -37,14 +37,14 @@ def _wheels(mesh: Any) -> Iterator[_Wheel]:
         wheel = _Wheel(np.ones(z), late, np.zeros(z))
         for fault in mesh.faults:
             if fault.wheel == i + 1:
-                wheel.kept[fault.tooth - 1], wheel.back[fault.tooth - 1] = fault.kept, fault.back
+                wheel.stiffness_share[fault.tooth - 1], wheel.back[fault.tooth - 1] = fault.stiffness_share, fault.back
         yield wheel
 
 
 def uneven_wheels(mesh: Any) -> list[int]:
     """The wheels of a mesh, 0 and 1, with teeth that are not those of the healthy mesh; all late alike are."""
     return [i for i, wheel in enumerate(_wheels(mesh))
-            if np.any(wheel.kept != 1) or np.any(wheel.back) or np.ptp(wheel.late) > 0]
+            if np.any(wheel.stiffness_share != 1) or np.any(wheel.back) or np.ptp(wheel.late) > 0]
 
 
 def as_pairs(one: OneSidedContacts, contact_ratio: float) -> OneSidedContacts:
@@ -68,8 +68,8 @@ def uneven_contacts(mesh: Any, part: OneSidedContacts, cycles: int) -> OneSidedC
     cycle = np.floor((edges + np.append(edges[1:], 1.0)) / 2 * cycles + mesh.phase / (2 * np.pi)).astype(int)
     age, (first, second) = part.age[:, None], _wheels(mesh)
     # behind the tooth n of the first wheel, which pushes n of the second, is n + 1: its back flank touches that
-    n1, n2 = (cycle - age) % len(first.kept), (cycle - age + (sides < 0)) % len(second.kept)
+    n1, n2 = (cycle - age) % len(first.stiffness_share), (cycle - age + (sides < 0)) % len(second.stiffness_share)
     gap = part.gap.copy()
     gap[0, :, :, 0] += sides * (first.late[n1] - second.late[n2]) + (sides > 0) * (first.back[n1] + second.back[n2])
-    stiffness = part.stiffness * (first.kept[n1] * second.kept[n2])
+    stiffness = part.stiffness * (first.stiffness_share[n1] * second.stiffness_share[n2])
     return part._replace(stiffness=stiffness, gap=np.where(stiffness[..., None] > 0, gap, 0.0))

@@ -13,7 +13,8 @@ from gearchaos.datasets import variable, variables
 from gearchaos.dynamics import Classification
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.dynamic_factor import MAIN_END, SUPERCRITICAL_START, resonance, standards
+from gearchaos.gears.dynamic_factor import standards
+from gearchaos.gears.dynamic_factor.main_resonance import MAIN_END, SUPERCRITICAL_START, resonance
 from gearchaos.gears.io.units import RPM
 from gearchaos.gears.operation.operating import AnyModel, OperatingModel, as_model
 from gearchaos.gears.operation.results import physical

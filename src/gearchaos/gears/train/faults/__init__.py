@@ -61,9 +61,9 @@ class Fault(_Values):
         return own | {name: (FAULTS[name], value) for name, value in self.others if value}
 
     @property
-    def kept(self) -> float:
+    def stiffness_share(self) -> float:
         """The share of the stiffness that is left of the pairs in which the tooth meshes."""
-        return math.prod(kind.kept(value) for kind, value in self.found.values())
+        return math.prod(kind.stiffness_share(value) for kind, value in self.found.values())
 
     @property
     def back(self) -> float:

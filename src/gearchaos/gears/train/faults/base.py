@@ -18,7 +18,7 @@ class FaultKind:
     """
 
     read: Convert  # how its number is read
-    kept: Callable[[float], float] = lambda value: 1.0  # share of the stiffness left of pairs in which the tooth meshes
+    stiffness_share: Callable[[float], float] = lambda value: 1.0  # left of pairs in which the tooth meshes
     back: Callable[[float], float] = lambda value: 0.0  # by how much its driving flank stands back, m
     gives: str = ""  # the field that follows from it and the drawing of the gears, if it is nothing by itself
     given: Callable[[Any, int, float], float] = lambda pairs, wheel, value: 0.0  # its value, by tooth pairs as drawn

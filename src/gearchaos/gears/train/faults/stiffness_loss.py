@@ -5,4 +5,4 @@ from gearchaos.gears.train.faults.base import FaultKind
 from gearchaos.quantities import Rule
 
 SHARE = Rule(lambda v: (v >= 0) & (v <= 1), "must lie in [0, 1]", "It is a share; 1 is a missing tooth.")
-FAULT = FaultKind(name="stiffness_loss", read=number(SHARE), kept=lambda value: 1 - value)
+FAULT = FaultKind(name="stiffness_loss", read=number(SHARE), stiffness_share=lambda value: 1 - value)
