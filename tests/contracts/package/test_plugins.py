@@ -185,9 +185,9 @@ def test_a_standard_is_on_the_datasheet(plugin):
 
 
 def test_a_fault_takes_its_share_of_the_stiffness(install):
-    install(("faults", "pitting", FaultKind(read=number(), kept=lambda share: 1 - share)))
+    install(("faults", "pitting", FaultKind(read=number(), stiffness_share=lambda share: 1 - share)))
     fault = Fault(wheel=1, tooth=3, stiffness_loss=0.5, others={"pitting": 0.2})
-    assert fault.kept == pytest.approx(0.4) and [*fault.found] == ["stiffness_loss", "pitting"]
+    assert fault.stiffness_share == pytest.approx(0.4) and [*fault.found] == ["stiffness_loss", "pitting"]
     assert Fault(wheel=1, tooth=3, stiffness_loss=0.5, others=json.loads(json.dumps(fault.others))) == fault
     for others, words in (({"wear": 1e-6}, "must stand beside others"), ({"rust": 1.0}, "must be one of.*rust"),
                           (3, "must be a table")):
