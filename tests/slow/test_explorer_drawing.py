@@ -19,6 +19,11 @@ NARROW = {"range.speed": "2000 rpm;2100 rpm", "range.torque": "60 N*m;70 N*m"}  
 FOCUS = """([key, number]) => document.activeElement ===
   document.querySelectorAll(`[data-key='${key}'] :is(input, select:not(.unit))`)[number]"""
 
+CURVES = """(name) => {
+  const view = [...Bokeh.index.roots].find((root) => root.model.name === name)
+  return view.model.renderers.slice(0, 2).map((each) => Array.from(each.data_source.data.y))
+}"""
+
 
 class Page(Visit):
     """A page that need not show a motion."""
@@ -130,11 +135,12 @@ def test_two_drawings_stand_side_by_side_with_words_for_what_changed(example):
     sync_api.expect(words).to_contain_text("tip relief: amount not given → 8 µm")
     row = one.page.locator("#sheet tr:has-text('loaded error') td")
     assert row.count() == 3 and row.nth(2).inner_text().endswith("%")
-    curves = one.page.evaluate("""() => {
-      const view = [...Bokeh.index.roots].find((root) => root.model.name === "deflection")
-      return view.model.renderers.map((each) => Array.from(each.data_source.data.y))
-    }""")
-    assert len(curves[0]) == len(curves[1]) > 100 and curves[0] != curves[1]
+    sync_api.expect(one.page.locator("#speeds-text")).to_contain_text("; the kept one at most")
+    for name in ("deflection", "factors"):
+        curves = one.page.evaluate(CURVES, name)
+        assert len(curves[0]) == len(curves[1]) > 100 and curves[0] != curves[1]
+    top = one.page.locator("#sheet > *").first  # what changed stands first
+    assert top.inner_text().startswith("What changed: tip relief: amount")
     wait_until(lambda: one.drawing["design.tip_relief.amount"] == "8 um")
     one.page.reload()
     sync_api.expect(words).to_contain_text("tip relief: amount not given → 8 µm")

@@ -80,9 +80,6 @@ class Answer:
         known = self.entries["resonance_speed"].value is not None
         yield "main resonance", (f"{self._value('resonance_speed')}; by ISO 6336-1 its range is {start} to {stop} rpm"
                                  if known else "not known")
-        exact = f"no transmission error{' in spite of the grade' * (d.quality is not None)}"
-        error = exact if d.exact else f"error {method_in_words(d.transmission_error)}"
-        damping = "" if d.damping_ratio is None else f", ζ {d.damping_ratio:g} {d.law.words}"
         variation = ""
         if (d.shares_load or d.under_load) and self.entries["loaded_error_peak_to_peak"].value is not None:
             variation = f", mesh deflection {self._value('loaded_error_peak_to_peak')} peak to peak"
@@ -97,8 +94,7 @@ class Answer:
                     f"; at rest no relief from these diameters lessens it, {d.geometry.least_contact} begins at "
                     f"{single} mm")
         yield "load sharing", f"{d.sharing_in_words}{variation}"
-        plastic = " (found for metals)" * (min(each.E for each in d.material) < PLASTIC_MODULUS)
-        yield "assumed", f"stiffness {method_in_words(d.stiffness)}{plastic}, {error}{damping}: vary each"
+        yield "assumed", f"{assumed_in_words(d)}: vary each"
         if d.turning:
             yield "left out", LIKE_TEETH
 
@@ -189,6 +185,15 @@ class Answer:
         entry = self.entries[name]
         value = "unknown" if entry.value is None else f"{measured(entry.value, 3)} {entry.unit}"  # type: ignore[arg-type]
         return f"{symbol} {value}".lstrip()
+
+
+def assumed_in_words(design: GearDesign) -> str:
+    """What the motions of a design rest on and a drawing does not give: stiffness, transmission error, damping."""
+    plastic = " (found for metals)" * (min(each.E for each in design.material) < PLASTIC_MODULUS)
+    exact = f"no transmission error{' in spite of the grade' * (design.quality is not None)}"
+    error = exact if design.exact else f"error {method_in_words(design.transmission_error)}"
+    damping = "" if design.damping_ratio is None else f", ζ {design.damping_ratio:g} {design.law.words}"
+    return f"stiffness {method_in_words(design.stiffness)}{plastic}, {error}{damping}"
 
 
 def default_speeds(design: GearDesign) -> str:

@@ -7,6 +7,7 @@ import tomllib
 import zlib
 from dataclasses import replace
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,21 +18,27 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.core.drawing import EXAMPLE, GROUPS, Drawing, changes, inputs
 from gearchaos.explorer.core.opened import Opened, opened, redrawn
 from gearchaos.explorer.core.text import from_query
+from gearchaos.explorer.features.assessment.speed_line import SpeedLine
 from gearchaos.explorer.features.drawing.form import form, marks
 from gearchaos.explorer.features.drawing.panel import Sheet, sheet_text, teeth
 from gearchaos.explorer.features.drawing.relief import best_relief, relief_text
+from gearchaos.explorer.features.drawing.speeds import Factors, factors, factors_text
 from gearchaos.explorer.features.train.scheme import scheme
 from gearchaos.explorer.web.messages import render
+from gearchaos.explorer.web.page import Page
 from gearchaos.explorer.web.start import _page
 from gearchaos.gears.geometry.backlash import OF
 from gearchaos.gears.io import units
 from gearchaos.gears.stiffness import methods
 from gearchaos.gears.transmission_error import editions
+from gearchaos.studies.operation.severities import SEVERITIES
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
-from tests.contracts.explorer.test_computations import GEARS, PAPER, session
+from tests.contracts.explorer.test_computations import GEARS, PAPER, Put, session
 
 DRAWING = Drawing.of(EXAMPLE.items())
+DRAWING_SOFT = Drawing.of({**EXAMPLE, "design.damping_ratio": "0.1", "operation.torque": "20 N*m"}.items())
+FACTORS = "dynamic factor along the speed"
 DISTANCE, RELIEF, START = "design.centre_distance", "design.tip_relief.amount", "design.tip_relief.start_diameter"
 
 
@@ -42,6 +49,11 @@ FAULT = "\n[[design.faults]]\nwheel = 1\ntooth = 2\nstiffness_loss = 0.1\n"
 def drawn(**texts):
     """The example with other texts; of a key of `inputs` a dot is written as two underscores."""
     return Drawing.of({**EXAMPLE, **{key.replace("__", "."): text for key, text in texts.items()}}.items())
+
+
+def window(start, stop, operation):
+    return SimpleNamespace(start=start, stop=stop, reach=(start, stop), operation=operation,
+                           severity=SEVERITIES[2], words=f"{start:g} to {stop:g} rpm")
 
 
 def packed(text):
@@ -158,6 +170,58 @@ def test_the_sheet_has_the_numbers_of_the_datasheet_and_the_kept_drawing_at_the_
     assert "3000 rpm" in text.title and "90 N m" in text.title and changes(DRAWING, DRAWING) == []
     assert changes(DRAWING, drawn(operation__torque="90 N*m")) == []  # both stand at the same point
     assert opened(text.address, Opened(PAPER))[0].drawing == DRAWING
+
+
+def test_the_sheet_says_what_is_assumed_of_both_drawings_once_where_it_is_the_same():
+    def assumed(kept):
+        return sheet_text(Sheet.of(DRAWING, DRAWING.reading.design, kept)).assumed
+
+    own = "stiffness by ISO 6336-1, error from quality (typical), ζ 0.05 in contact alone"
+    assert assumed(None) == [("", own)] and assumed(drawn(design__bore="30 mm")) == [("of both", own)]
+    assert assumed(drawn(design__damping_ratio="0.07")) == [
+        ("of this one", own), ("of the kept one", own.replace("0.05", "0.07"))]
+
+
+def test_dynamic_factors_along_the_speed_are_those_of_the_motions_from_rest_of_both_drawings():
+    page = Page(Opened(PAPER).drawn(drawn(range__speed="2000 rpm;4000 rpm"), DRAWING_SOFT), DRAWING.reading.view)
+    page.view = page.opened.start.moved(2500.0, 45.0)
+    views = page.compared
+    assert [view.operating_point.value(name) for view in views for name in ("speed", "torque")] == [2500.0, 45.0] * 2
+    models = [view.model_at({"speed": 2000.0}) for view in views]
+    found, = factors(models, (2000.0, 4000.0))
+    assert found.torque == 45.0 and (found.speeds[0], found.speeds[-1]) == (2000.0, 4000.0)
+    for model, curve in zip(models, found.factors, strict=True):
+        for number in (0, 71, 199):
+            own = gc.regime(model.with_values({"speed": float(found.speeds[number])}))
+            assert curve[number] == pytest.approx(own.dynamic_factor, rel=1e-6)
+    most = [int(np.argmax(curve)) for curve in found.factors]
+    sentence, = factors_text(found, [None, None])
+    for curve, number in zip(found.factors, most, strict=True):
+        assert f"at most {curve[number]:.2f} at {found.speeds[number]:.0f} rpm" in sentence
+    assert "45 N m: this one" in sentence and "; the kept one" in sentence
+
+
+def test_ranges_to_avoid_of_both_drawings_lie_one_above_the_other_once_each_was_assessed():
+    first = Opened(PAPER).drawn(drawn(range__speed="1000 rpm;4000 rpm"), DRAWING_SOFT)
+    page, put = Page(first, first.start), Put()
+    page.along._set = put
+    found = Factors(60.0, np.array([1000.0, 4000.0]), [np.array([1.0, 2.0]), np.array([1.0, np.nan])])
+    page.show_factors(found)
+    assert "To avoid" not in page.messages._html["speeds-text"]
+    kept = page.compared[1]
+    for view, ranges in ((first.start, [(1200.0, 1300.0, True)]), (kept, [(1500.0, 1600.0, False)])):
+        windows = [window(start, stop, operation) for start, stop, operation in ranges]
+        page._assessed.append((SpeedLine(view), SimpleNamespace(avoid=[(60.0, each) for each in windows])))
+        page.show_factors(found)
+    bars, striped = put[page.along.avoided.id]["data"], put[page.along.striped.id]["data"]
+    assert (bars["x0"], bars["x1"]) == ([1200.0, 1500.0], [1300.0, 1600.0]) and bars["y"][0] > bars["y"][1]
+    assert striped["x0"] == [1500.0] and max(bars["y"]) < 1.0  # below the curves
+    words = page.messages._html["speeds-text"]
+    assert "this one 1200 to 1300 rpm; the kept one 1500 to 1600 rpm" in words
+    for other in (page.view.moved(2000.0, 45.0), replace(page.view, change="none")):  # also without load changes
+        page.view = other
+        page.show_factors(found)
+        assert "To avoid" not in page.messages._html["speeds-text"]
 
 
 def test_the_best_relief_is_that_of_the_datasheet_and_is_taken_beside_the_present_drawing():
@@ -318,8 +382,8 @@ def test_nothing_is_computed_before_a_drawing_is_complete():
     assert "torque=60" in one.page.messages._page_state.data["address"][0]
     page = one.page
     page.messages.act("draw", list(DRAWING.texts))
-    assert [sorted(worker.jobs) for worker in workers[:2]] == [["motion"], ["map"]]
-    assert workers.quick.asked == ["motion"] and page.view.gears == DRAWING.reading.design
+    assert [sorted(worker.jobs) for worker in workers[:2]] == [[FACTORS, "motion"], ["map"]]
+    assert workers.quick.asked == ["motion", FACTORS] and page.view.gears == DRAWING.reading.design
 
 
 def test_a_train_is_shown_as_a_scheme_with_all_its_parts():

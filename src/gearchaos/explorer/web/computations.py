@@ -16,6 +16,7 @@ from gearchaos.explorer.core.worker import GeneratorFunction, Job, Worker, Worke
 from gearchaos.explorer.features.assessment.job import assessed
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
 from gearchaos.explorer.features.drawing.relief import best_relief
+from gearchaos.explorer.features.drawing.speeds import factors
 from gearchaos.explorer.features.knock.job import KnockedMotion, knocked_motion, motion_to_knock
 from gearchaos.explorer.features.map.job import COARSE, Map, successive_maps
 from gearchaos.explorer.features.motion import point
@@ -39,6 +40,7 @@ _ASSESSMENT = "assessment"  # the task of the speeds to avoid
 _TOLERANCES = "tolerances"  # the task of what they do at the point
 _KNOCK = "knock"  # the task of what a knock does to the motion at the point
 _RELIEF = "best tip relief"  # the task of the relief of a drawing
+_FACTORS = "dynamic factor along the speed"  # the task of the factors of drawings
 _RESULTS = {_SKELETON: "_skeleton", _RUN_UP: "run_up", _ASSESSMENT: "assessment", _TOLERANCES: "cloud",
             _KNOCK: "knocked"}  # the attribute that keeps the result of a task
 _NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
@@ -82,6 +84,7 @@ class Computations:
         self.cloud: Cloud | None = None  # the designs at the present point
         self.knocked: KnockedMotion | None = None  # what a knock does to the motion at the present point
         self._shares: dict[str, float] = {}  # of run-up, assessment and tolerances that are computed
+        self._along: tuple[Any, ...] = ()  # the models and speeds whose dynamic factors are shown, or on their way
         self._clear_display = {_RUN_UP: display.clear_run_up, _ASSESSMENT: display.clear_assessment,
                                _TOLERANCES: display.clear_tolerances, _KNOCK: display.clear_knock}
 
@@ -304,6 +307,14 @@ class Computations:
             self._display.show_message(_NO_PAIR)
             return
         self._ask(self._quick, _RELIEF, partial(best_relief, self._view.gears), self._display.show_relief)
+
+    def ask_factors(self, views: list[View]) -> None:
+        """Compute the dynamic factors of drawings along the speeds of their first view, unless they are known."""
+        ends = SpeedLine(views[0]).speeds if views else (0.0, 0.0)
+        asked = tuple(view.model_at({"speed": ends[0]}) for view in views), ends
+        if views and asked != self._along:
+            self._along = asked
+            self._ask(self._quick, _FACTORS, partial(factors, *asked), self._display.show_factors, 3 * _DELAY)
 
     def ask_knock(self) -> None:
         """Find what a knock does to the motion at the point, or cancel that; a message says why it cannot be found."""

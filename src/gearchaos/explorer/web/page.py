@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import xarray as xr
 
+from gearchaos.errors import InputError
 from gearchaos.explorer.core.drawing import Drawing
 from gearchaos.explorer.core.models import are_alike, equal
 from gearchaos.explorer.core.opened import Opened
@@ -21,6 +25,7 @@ from gearchaos.explorer.features.assessment.speed_line import SpeedLine
 from gearchaos.explorer.features.drawing.form import marks
 from gearchaos.explorer.features.drawing.panel import CYCLES, CycleFigure, Sheet, sheet_text
 from gearchaos.explorer.features.drawing.relief import Best, relief_text
+from gearchaos.explorer.features.drawing.speeds import Factors, FactorsFigure, factors_text
 from gearchaos.explorer.features.knock.job import KnockedMotion
 from gearchaos.explorer.features.knock.panel import KnockFigure, knock_text
 from gearchaos.explorer.features.map.job import Map
@@ -39,6 +44,8 @@ from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import PARAMETER_PAIRS
 from gearchaos.studies.speeds.assess import Assessment
+
+_KEPT_ASSESSMENTS = 8  # whose ranges are drawn again where their gears are
 
 
 class Page:
@@ -72,6 +79,9 @@ class Page:
         self.run, self.waterfall = RunFigure(set_attributes), WaterfallFigure(set_attributes)
         self.cloud, self.knock = CloudFigure(set_attributes), KnockFigure(set_attributes)
         self.cycles = [CycleFigure(set_attributes, *each) for each in CYCLES]
+        self.along = FactorsFigure(set_attributes)
+        self._factors: Factors | None = None
+        self._assessed: deque[tuple[SpeedLine, Assessment]] = deque(maxlen=_KEPT_ASSESSMENTS)
         self._write_choices([])
         self.line: SpeedLine | None = None
         self.ranges: list[float] = []
@@ -88,7 +98,7 @@ class Page:
         if self.opened.has_gears[1]:
             panels |= {"cloud": self.cloud, "knock": self.knock}
         if self.opened.drawing is not None:
-            panels |= {each.name: each for each in self.cycles}
+            panels |= {each.name: each for each in self.cycles} | {"factors": self.along}
         return {name: panel.figure for name, panel in panels.items()}
 
     def units(self, view: View) -> Units:
@@ -109,6 +119,7 @@ class Page:
                                      as_python(view) if is_complete else "", opened.toml(view))
         if opened.drawing is not None:
             self.show_drawing(opened.drawing)
+            self.along.mark(view.operating_point.value("speed") or 0.0)
 
     def show_drawing(self, drawing: Drawing) -> None:
         """Show what follows from the drawing at the point, and what is wrong or missing beside its inputs."""
@@ -124,6 +135,29 @@ class Page:
             self._write("relief")
         self._write("sheet", "features/drawing/sheet", text=self._sheet and sheet_text(self._sheet),
                     needed=reading.needed, errors=reading.errors)
+
+    @property
+    def compared(self) -> list[View]:
+        """The view of a drawing, and that of the kept one at the same speed and torque; none of one that cannot run.
+        """
+        view, kept = self.view, self.opened.kept and self.opened.kept.reading.view
+        if self.opened.drawing is None or view.gears is None or not self.opened.is_complete:
+            return []
+        with suppress(InputError):  # out of its range
+            if kept:
+                for name in ("speed", "torque"):
+                    kept = kept.with_value(name, view.operating_point.value(name))
+                return [view, replace(kept, change=view.change)]
+        return [view]
+
+    def show_factors(self, found: Factors | None) -> None:
+        """Draw and describe the dynamic factors along the speed, and the ranges to avoid of what was assessed."""
+        self._factors = found
+        if found is not None:
+            assessed = [next((each for line, each in self._assessed if line.goes_through(view)
+                              and line.view.change == view.change), None) for view in self.compared]
+            self.along.show(found, assessed)
+            self._write("speeds-text", "features/drawing/speeds", sentences=factors_text(found, assessed))
 
     def show_relief(self, found: Best) -> None:
         """Write which tip relief is best, unless the drawing has changed since."""
@@ -267,6 +301,8 @@ class Page:
         self.messages.set_values({"assess": found is None})
         if found is not None:
             self.line, self.ranges = line, places(found)
+            self._assessed.appendleft((line, found))
+            self.show_factors(self._factors)
             self.map.assessed.show(found, line, self.view)
             text = assessment_text(found, line, self.view, self.units(self.view))
             self._write("assessment-text", "features/assessment/assessment", text=text)
@@ -276,6 +312,7 @@ class Page:
         self.messages.set_values({"assess": False})
         self.line, self.ranges = None, []
         self.map.assessed.clear()
+        self.show_factors(self._factors)
         self._write("assessment-text")
 
     def show_tolerances(self, found: Cloud | None) -> None:

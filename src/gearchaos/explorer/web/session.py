@@ -87,6 +87,7 @@ class Session:
         if not self._started and self.page.opened.is_complete:
             self._started = True
             self.computations.start(self.page.view)
+            self.computations.ask_factors(self.page.compared)
 
     def close(self) -> None:
         """Cancel all computations of the page."""
@@ -130,6 +131,7 @@ class Session:
         if before.physical != view.physical and computed.knocked is not None:
             self.page.show_knock(computed.knocked)
         computed.update_rest(before)
+        computed.ask_factors(self.page.compared)
 
     def _call_soon(self, function: Callable[[], None]) -> None:
         """Have the event loop call a function, unless the page has been closed."""

@@ -15,9 +15,9 @@ from gearchaos.plot._assessment import bar, meaning
 from gearchaos.studies.speeds.assess import Assessment
 from gearchaos.studies.speeds.speed_windows import UsableRange, Window
 
-_INK, _OUTLINE = "#111111", "white"
+_INK, OUTLINE = "#111111", "white"
 _WIDTH = 9.0  # of a range to avoid on the map, in pixels
-_STRIPES = [2, 4]  # dark and light, where a load change alone leads there, in pixels
+STRIPES = [2, 4]  # dark and light, where a load change alone leads there, in pixels
 _NOTHING: dict[str, list[Any]] = {n: [] for n in ("x0", "y0", "x1", "y1", "colour")}
 
 
@@ -33,13 +33,13 @@ class AssessedLine:
         self.scanned, self.avoided, self.striped = (ColumnDataSource(_NOTHING) for _ in range(3))
         place = {"x0": "x0", "y0": "y0", "x1": "x1", "y1": "y1"}
         for source, looks in (
-            (self.scanned, (("line_color", _OUTLINE, 4.0), ("line_color", _INK, 1.6))),
-            (self.avoided, (("line_color", _OUTLINE, _WIDTH + 7), ("line_color", _INK, _WIDTH + 4),
+            (self.scanned, (("line_color", OUTLINE, 4.0), ("line_color", _INK, 1.6))),
+            (self.avoided, (("line_color", OUTLINE, _WIDTH + 7), ("line_color", _INK, _WIDTH + 4),
                             ("line_color", "colour", _WIDTH))),
         ):
             for name, colour, width in looks:
                 figure.add_glyph(source, Segment(**place, **{name: colour}, line_width=width), level="overlay")
-        stripes = Segment(**place, line_color=_INK, line_width=_WIDTH, line_dash=_STRIPES)
+        stripes = Segment(**place, line_color=_INK, line_width=_WIDTH, line_dash=STRIPES)
         figure.add_glyph(self.striped, stripes, level="overlay")
 
     def show(self, found: Assessment, line: SpeedLine, view: View) -> None:

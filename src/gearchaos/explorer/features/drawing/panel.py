@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from bokeh.models import ColumnDataSource, Line, Range1d
 
+from gearchaos.datasheet.answer import assumed_in_words
 from gearchaos.datasheet.quantities import Entry, datasheet, pair_title
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.drawing import Drawing, changes
@@ -25,7 +26,7 @@ _NAMES = ("contact_ratio", "overlap_ratio", "contact_ratio_under_load", "mesh_st
 """The quantities of the datasheet that stand beside the drawing."""
 
 _POSITIONS = np.arange(361) / 360.0  # in the mesh cycle
-_KEPT = "#9a5a00"
+KEPT = "#9a5a00"
 _TEETH = 4  # of each wheel on either side of the one in mesh
 _ROUGH = 0.5  # share of the points of an outline
 
@@ -73,7 +74,7 @@ class CycleFigure(Panel):
         super().__init__(set_attributes, x_range=Range1d(0.0, 1.0))
         self.name, self.label = name, label
         self.now, self.kept = ColumnDataSource(FIRST_DATA), ColumnDataSource(FIRST_DATA)
-        for source, colour, dash in ((self.kept, _KEPT, "dashed"), (self.now, INK, "solid")):
+        for source, colour, dash in ((self.kept, KEPT, "dashed"), (self.now, INK, "solid")):
             self.figure.add_glyph(source, Line(x="x", y="y", line_color=colour, line_width=1.6, line_dash=dash))
 
     def show(self, sheet: Sheet) -> None:
@@ -129,6 +130,7 @@ class SheetText(NamedTuple):
     rows: list[Row]
     changed: list[tuple[str, str, str]] | None
     address: str  # of a page with the drawing that is kept
+    assumed: list[tuple[str, str]]  # of which drawing, and what
     notes: tuple[str, ...]
 
 
@@ -146,7 +148,16 @@ def sheet_text(sheet: Sheet) -> SheetText:
     return SheetText(", ".join([pair_title(design), *at]), teeth(design), rows,
                      None if kept is None else changes(kept, sheet.drawing),
                      "" if kept is None else address_of(kept),
+                     _assumed(design, None if kept is None else kept.reading.design),
                      (*design.warnings, *design.assumptions))
+
+
+def _assumed(design: GearDesign, kept: GearDesign | None) -> list[tuple[str, str]]:
+    """What is assumed of a design and of one that is kept, once where it is the same."""
+    now, before = (each and assumed_in_words(each) for each in (design, kept))
+    if before in (None, now):
+        return [("of both" if before else "", str(now))]
+    return [("of this one", str(now)), ("of the kept one", str(before))]
 
 
 def _values(entry: Entry) -> tuple[float, ...]:
