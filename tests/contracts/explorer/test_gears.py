@@ -1,5 +1,7 @@
 """The explorer for given gears, without a browser: state, address, study files, units of maps and figures."""
 
+import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +10,8 @@ import pytest
 import gearchaos as gc
 from gearchaos.cli.explore import _view
 from gearchaos.errors import InputError
-from gearchaos.explorer.core.models import axis_names, gear_values, operating_axes
+from gearchaos.explorer.core.bounds import value_range
+from gearchaos.explorer.core.models import axis_names, check_omega, gear_values, operating_axes
 from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.presets import preset_of
 from gearchaos.explorer.core.state import view_of
@@ -24,6 +27,7 @@ from gearchaos.explorer.web.page import Page
 from gearchaos.gears.operation.operating import OperatingModel, operating_model
 from gearchaos.plot import CONTACT_CLASSES
 from gearchaos.studies.maps.zones import Zones
+from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.contracts.explorer.test_computations import GEARS, PAIR, PAPER, Put, computed
@@ -45,6 +49,28 @@ def test_a_page_of_gears_begins_with_contact_over_speed_and_torque_around_the_op
     assert preset_of(first) == "" and first.colour == "contact" and PAPER.colour == "motion"
     assert from_query("speed=3000", first).colour == "contact" == from_query(to_query(first), first).colour
     assert from_query("speed=3000&colour=motion", first).colour == "motion"
+
+
+@pytest.mark.parametrize("change", [lambda view, speed: view.with_value("speed", speed),
+                                    lambda view, speed: view.zoomed((speed, 900.0), (view.y.start, view.y.stop))])
+def test_a_speed_too_low_for_a_page_is_refused_in_rpm_with_what_to_do_and_the_least_one_is_accepted(first, change):
+    with pytest.raises(InputError) as caught:
+        change(first, 5.0)
+    error = caught.value
+    least = float(re.fullmatch(r"must be at least (\d+) rpm here", error.rule)[1])
+    assert (error.field, error.value) == ("speed", 5.0) and "gearchaos regime" in error.advice
+    assert f"goes to {quasi_static_ratio(first.model):.3g}." in error.advice
+    assert change(first, least)
+    with pytest.raises(InputError, match="must be at least"):
+        change(first, least - 1)
+
+
+def test_the_bounds_of_a_map_are_those_of_its_corners_that_bind():
+    slow, fast = np.array([0.01, 0.02]), np.array([10.0, 25.0])
+    low, high = value_range("omega")[2:]
+    for omega, words in ((slow, f"at least {math.ceil(low / 1e-5)} rpm"), (fast, f"at most {high / 0.0125:.0f} rpm")):
+        with pytest.raises(InputError, match=words):
+            check_omega(PAIR.model, np.array([1000.0, 2000.0]), omega)
 
 
 def test_the_ranges_of_a_study_file_are_those_of_speed_and_torque():

@@ -143,7 +143,7 @@ REFUSED = [
     (GEARS, "backlash=1e9", "backlash"), (GEARS, "grade=3.5", "quality.grade"), (GEARS, "grade=13", "grade"),
     (GEARS, "speed=3000&zeta=-1", "zeta"), (GEARS, "speed=3000&wobble=1", "parameter"),
     (GEARS, "speed=3000&stiffness=soft", "stiffness"), (GEARS, "x=speed=0:100", "speed"),
-    (GEARS, "x=speed=1:100", "omega"), (GEARS, "speed=3000&x=speed=1000:2000&y=omega=1:2", "axes"),
+    (GEARS, "x=speed=1:100", "speed must be at least"), (GEARS, "speed=3000&x=speed=1000:2000&y=omega=1:2", "axes"),
     (GEARS, "speed=3000&eps9=0.1", "eps9"), (GEARS, "speed=3000&q0=1000", "q0"),
     *((PAPER, f"{value}", "needs gears") for value in ("speed=3000", "torque=10", "backlash=100", "grade=5",
                                                         "x=speed=1000:2000")),

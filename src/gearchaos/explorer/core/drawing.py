@@ -10,13 +10,14 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any
 
 import tomlkit
 
 from gearchaos.errors import InputError, gather, unknown_name
-from gearchaos.explorer.core.models import limits, map_cells
+from gearchaos.explorer.core.form_words import error_in_form_words, in_form_words
+from gearchaos.explorer.core.models import limits, map_cells, too_slow
 from gearchaos.explorer.core.state import View, view_of
 from gearchaos.gears.design.gear_design import OPERATION, GearDesign
 from gearchaos.gears.design.inputs import Inputs
@@ -290,15 +291,15 @@ class Drawing:
                 else:
                     inputs()[key].reader(inputs()[key].path, value)
             except InputError as error:
-                errors[key] = _said(error)
+                errors[key] = _said(error, key)
         return errors
 
     def _needed(self, error: InputError) -> dict[str, str]:
         """The inputs of the form that a model lacks, with the advice on each; none if it lacks others."""
         advice = {f.name: f.metadata["advice"] for f in fields(GearDesign) if "advice" in f.metadata}
         left_out = _names(error)
-        return {key: advice[name] for key in inputs() if (name := key.split(".")[1]) in left_out
-                and not key.startswith(_RANGES)}
+        return {key: in_form_words(advice[name], partial(label_of, key=key)) for key in inputs()
+                if (name := key.split(".")[1]) in left_out and not key.startswith(_RANGES)}
 
     def _design(self) -> tuple[GearDesign, tuple[float, float] | None]:
         """The design, and the profile shifts if the centre distance needs some and the drawing leaves them open."""
@@ -320,11 +321,12 @@ class Drawing:
         model = model_of_gears(design)
 
         def checked(key: str, *values: float) -> None:
-            name, (least, most) = inputs()[key].path, limits(model, inputs()[key].path)
+            name, ends, unit = inputs()[key].path, limits(model, inputs()[key].path), inputs()[key].parts(self[key])[1]
             for value in values:
-                if not least <= value <= most:
-                    raise InputError(key, f"must lie between {least:.4g} and {most:.4g} {inputs()[key].units[0]} here",
-                                     value, "At low speeds a motion takes long to compute." if name == "speed" else "")
+                if not ends[0] <= value <= ends[1]:
+                    (least,), (most,), (own,) = (inputs()[key].shown(each, unit) for each in (*ends, value))
+                    raise InputError(key, f"must lie between {least.removesuffix(f' {unit}')} and {most} here", own,
+                                     too_slow(model) if name == "speed" and value < ends[0] else "")
 
         def axis(name: str) -> Axis | None:
             key = f"{_RANGES}.{name}"
@@ -341,15 +343,16 @@ class Drawing:
     def _placed(self, error: InputError) -> dict[str, str]:
         """An error at the input that it is about; at "" if it is about none."""
         if error.field in inputs():
-            return {error.field: _said(error)}
+            return {error.field: _said(error, error.field)}
         name = re.sub(r"\[\d\]", "", error.field)
         if name in _ASKED_FOR:
-            return {f"design.{_ASKED_FOR[name]}": str(error)}
+            return {key: _said(error, key, named=True) for key in [f"design.{_ASKED_FOR[name]}"]}
         about = {"diametral_pitch": "module", "omega": "speed"}.get(name, name)
         near = [key for key, each in inputs().items() if f"{about}.".startswith(f"{each.path}.")
                 or f"{each.path}.".startswith(f"{about}.")]
         near.sort(key=lambda key: key not in self.values)  # one that is given, if there is any
-        return {near[0]: _said(error)} if near else {"": str(error)}
+        key = near[0] if near else ""
+        return {key: _said(error, key, named=not near)}
 
 
 def changes(before: Drawing, after: Drawing) -> list[tuple[str, str, str]]:
@@ -367,9 +370,21 @@ def _names(error: InputError) -> list[str]:
     return re.split(", | and ", error.field)
 
 
-def _said(error: InputError) -> str:
-    """A message without the name of its field, beside which it stands."""
-    return str(error).removeprefix(error.field).lstrip()
+def _said(error: InputError, key: str, named: bool = False) -> str:
+    """A message in the words of the form, by default without the name of the input beside which it stands."""
+    dimension = inputs()[key].reader.dimension if key else None
+    return error_in_form_words(error, partial(label_of, key=key), dimension.unit if dimension else "", named)
+
+
+def label_of(name: str, key: str = "") -> str:
+    """The label of an input by the name that it has in a message beside another one: in the table of that, or by
+    itself; empty for what the form does not have."""
+    given = {"diametral_pitch": "module"}.get(name, name)
+    own = (*(f"{table}.{given}" for table in (key.rpartition(".")[0], "design", "operation")),
+           *(each for each in inputs() if each.endswith(f".{given}")))
+    tables = (each for each in inputs() if each.startswith(f"design.{name}."))
+    found = next((inputs()[each].label for each in own if each in inputs()), "")
+    return found or name.replace("_", " ") * any(tables)
 
 
 def _assumed(design: GearDesign | None) -> dict[str, str]:

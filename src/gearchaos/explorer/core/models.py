@@ -30,6 +30,7 @@ from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
 from gearchaos.model import PARAMETER_PAIRS, SUPPORTS, MeshModel, has_effect, state_names
 from gearchaos.quantities import OPERATION, Range, parse_harmonic
 from gearchaos.studies.core.axis import Axis
+from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 
 WHEELS = ("J", "beta", "mu", "kappa", "zeta_support")  # pairs of values that belong to the wheels and their supports
 
@@ -290,8 +291,28 @@ def check_operating_range(model: OperatingModel, axes: Iterable[Axis]) -> None:
     across, up = axes
     corners = {across.name: [across.start, across.stop] * 2, up.name: np.repeat([up.start, up.stop], 2)}
     for name, values in model.expand({n: np.asarray(v, float) for n, v in corners.items()}).items():
+        if name == "omega" and "omega" not in corners:
+            check_omega(model, np.asarray(corners.get("speed", model.value("speed"))), np.asarray(values))
         for value in np.asarray(values).tolist():
             in_range(name, value)
+
+
+def check_omega(model: OperatingModel, speeds: np.ndarray, omega: np.ndarray) -> None:
+    """Raise `InputError` about the speeds of gears, rpm, if the ω of any of them is not one that a page accepts."""
+    found, ratio = value_range("omega"), omega / speeds
+    if omega.min() < found.least:
+        raise InputError("speed", f"must be at least {math.ceil(found.least / ratio.min())} rpm here",
+                         float(speeds.min()), too_slow(model))
+    if omega.max() > found.most:
+        raise InputError("speed", f"must be at most {math.floor(found.most / ratio.max())} rpm here",
+                         float(speeds.max()))
+
+
+def too_slow(model: OperatingModel) -> str:
+    """What to do about a speed that is too low for a page."""
+    ratio = quasi_static_ratio(model) if model.value("torque") else 1.0
+    return ("A motion at a lower one takes long to compute: gearchaos regime follows it. As the speed goes to 0 the "
+            f"dynamic factor goes to {ratio:.3g}.")
 
 
 @cache

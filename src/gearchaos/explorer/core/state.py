@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.explorer.core import models
 from gearchaos.explorer.core.bounds import LEVELS, bounded, finite_number, in_range, rounded
@@ -298,6 +300,8 @@ def _check_model(model: MeshModel) -> None:
     """
     own = models.own_model(model.gears, model.kind).parameters() if isinstance(model, OperatingModel) else {}
     for name, value in {**model.parameters(), **model.initial}.items():
+        if name == "omega" and isinstance(model, OperatingModel):
+            models.check_omega(model, np.array(model.value("speed")), np.array(value))
         (in_range if own.get(name) == value else bounded)(name, value)
     if model.mesh_names:  # of a train, which have no levels over a mean
         return

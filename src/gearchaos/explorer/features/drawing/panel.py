@@ -12,7 +12,8 @@ from bokeh.models import ColumnDataSource, Line, Range1d
 from gearchaos.datasheet.answer import assumed_in_words
 from gearchaos.datasheet.quantities import Entry, datasheet, pair_title
 from gearchaos.errors import InputError
-from gearchaos.explorer.core.drawing import Drawing, changes
+from gearchaos.explorer.core.drawing import Drawing, changes, label_of
+from gearchaos.explorer.core.form_words import in_form_words
 from gearchaos.explorer.core.opened import address_of
 from gearchaos.explorer.core.style import FIRST_DATA, Panel, SetAttributes
 from gearchaos.gears.design.gear_design import GearDesign
@@ -149,7 +150,7 @@ def sheet_text(sheet: Sheet) -> SheetText:
                      None if kept is None else changes(kept, sheet.drawing),
                      "" if kept is None else address_of(kept),
                      _assumed(design, None if kept is None else kept.reading.design),
-                     (*design.warnings, *design.assumptions))
+                     tuple(in_form_words(note, label_of) for note in (*design.warnings, *design.assumptions)))
 
 
 def _assumed(design: GearDesign, kept: GearDesign | None) -> list[tuple[str, str]]:
