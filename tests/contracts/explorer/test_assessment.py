@@ -8,7 +8,9 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.datasheet.assessment import decision, rows, usable_in_words, worst
+from gearchaos.datasheet.report import Report
 from gearchaos.errors import InputError
+from gearchaos.explorer.core.progress import Part, Progress
 from gearchaos.explorer.core.style import Units, empty_figure
 from gearchaos.explorer.core.text import from_query, to_query
 from gearchaos.explorer.features.assessment.job import assessed
@@ -35,8 +37,12 @@ LINE = SpeedLine(VIEW)
 @pytest.fixture(scope="module")
 def found():
     """The assessment of `LINE`: a range to avoid, to which load changes lead, between two usable ones."""
-    *shares, last = assessed(LINE)
-    assert all(0 <= share <= 1 for share in shares)
+    *before, last = assessed(LINE)
+    (part,) = [each for each in before if isinstance(each, Part)]
+    assert all(0 <= each.share <= 1 for each in before if isinstance(each, Progress))
+    assert part.lacks == "a reversal of the load" and part.found.at[0].load_change == "" and last.at[0].load_change
+    operation = gc.assess(load_design(SPUR), "786:822", 100, load_change=None, knocks=False)
+    assert part.found.document()["avoid"] == operation.document()["avoid"]
     return last
 
 
@@ -155,11 +161,11 @@ def test_a_range_that_is_chosen_moves_the_point_to_its_middle(found):
 
 def test_it_is_saved_as_pictures_and_as_the_json_of_the_command_with_the_study_file(found, tmp_path):
     for suffix, begins in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("html", b"<!doctype html>")):
-        (content, _, name), = export.assessment(suffix, found, LINE)
+        (content, _, name), = export.assessment("assessment", suffix, Report(found), LINE)
         assert content.startswith(begins) and name == f"gearchaos-assessment.{suffix}"
-    (page, media, _), = export.assessment("html", found, LINE)
+    (page, media, _), = export.assessment("assessment", "html", Report(found), LINE)
     assert media == "text/html" and decision(found)[0][1:] in unescape(page.decode())
-    (content, media, name), = export.assessment("json", found, LINE)
+    (content, media, name), = export.assessment("assessment", "json", Report(found), LINE)
     document = json.loads(content)
     (tmp_path / "study.toml").write_text(document.pop("study_file"))
     assert (media, name) == ("application/json", "gearchaos-assessment.json")
@@ -170,7 +176,7 @@ def test_it_is_saved_as_pictures_and_as_the_json_of_the_command_with_the_study_f
 def test_a_train_has_no_quasi_static_ratio_and_its_json_is_strict():
     view = TRAIN.zoomed((1400.0, 1500.0), (10.0, 30.0))
     one = gc.assess(view.operating_point, "1400:1500:4", starts=0)
-    (content, *_), = export.assessment("json", one, SpeedLine(view))
+    (content, *_), = export.assessment("assessment", "json", Report(one), SpeedLine(view))
     assert json.loads(content, parse_constant=pytest.fail)["quasi_static_ratio"] == [None]
     text = assessment_text(one, SpeedLine(view), view, Units(view.gears, True))
     assert len(text.sentences) == 3 and not any("speed 0" in sentence for sentence in text.sentences)

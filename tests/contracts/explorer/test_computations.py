@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gearchaos.datasheet.report import Report
 from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.presets import presets
+from gearchaos.explorer.core.progress import Part, Progress
 from gearchaos.explorer.core.state import view_of
 from gearchaos.explorer.core.worker import Workers
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
@@ -294,8 +296,11 @@ def test_bifurcation_curves_go_with_the_window_and_the_parameters(open_page, cha
 
 RUN = GEARS.with_run(start=1000.0, stop=2000.0, duration=0.8, way="down", sound=True)
 FOUND = {"run-up": RunUpResult(xr.Dataset(), b""), "assessment": Assessment.__new__(Assessment),
-         "tolerances": Cloud(xr.Dataset(), 1.0, "separation", ())}
+         "tolerances": Cloud(xr.Dataset(), 1.0, "separation", ()), "changes": Report(Assessment.__new__(Assessment))}
 """What the tasks that a button begins find; the page only passes it on."""
+
+
+TASKS = {"changes": "changed designs"}
 
 
 class Pressed(Page):
@@ -311,11 +316,15 @@ class Pressed(Page):
 
     @property
     def job(self):
-        return self.branches.jobs.get(self.task)
+        return self.branches.jobs.get(TASKS.get(self.task, self.task))
 
     @property
     def found(self):
         return getattr(self.computations, {"tolerances": "cloud"}.get(self.task, self._name))
+
+    def says(self):
+        """What stands beside the button."""
+        return self.display.shown["show_progress"][-1][-1]
 
     def shows(self):
         return self.display.shown.get(f"show_{self._name}", [])
@@ -330,19 +339,41 @@ def pressed(request):
 
 
 @pytest.mark.parametrize(("task", "asked", "shown", "share"), [
-    ("run-up", (RUN.operating_point, RUN.run, ""), (), "run-up 42 %"),
-    ("assessment", (SpeedLine(RUN),), (SpeedLine(RUN),), "assessment (motions from random states 42 %)"),
-    ("tolerances", (RUN,), (), "tolerances 42 %")])
+    ("run-up", (RUN.operating_point, RUN.run, ""), (), "run-up 42 %, about 12 seconds left"),
+    ("assessment", (SpeedLine(RUN),), (SpeedLine(RUN),), "assessment 42 %, about 12 seconds left"),
+    ("tolerances", (RUN,), (), "tolerances 42 %, about 12 seconds left"),
+    ("changes", (SpeedLine(RUN),), (), "changed designs 42 %, about 12 seconds left")])
 def test_a_page_says_how_far_its_task_is_and_shows_what_is_found(task, asked, shown, share):
     page = Pressed(task)
-    assert page.job.function.args == asked and page.shows() == ([] if task == "run-up" else [(*shown, None)])
-    page.job.show(0.42)
-    assert share in page.display.shown["show_busy"][-1][0]
-    page.job.show(1.0)
-    assert task in " ".join(page.display.shown["show_busy"][-1][0])
+    assert page.job.function.args == asked and page.shows() == [(*shown, None)]
+    page.job.show(Progress(0.42, 12.0))
+    assert share in page.display.shown["show_busy"][-1][0] and page.says() == "42 %, about 12 seconds left"
+    page.job.show(Progress(1.0))
+    assert page.says() == "100 %"
     page.job.show(FOUND[task])
     page.job.end(None)
+    assert page.says() == ""
     assert page.shows()[-1] == (*shown, FOUND[task]) and page.clears() == 0 and page.found is FOUND[task]
+
+
+def test_a_button_says_what_it_stopped_and_what_is_known_until_then(pressed):
+    name = TASKS.get(pressed.task, pressed.task)
+    pressed.job.show(Progress(0.42, 12.0))
+    pressed.press()
+    assert pressed.says() == f"{name} stopped at 42 %: nothing of it is known yet" and pressed.found is None
+    pressed.press()
+    assert pressed.says() == ""
+    if pressed.task == "run-up":  # it is computed as a whole
+        return
+    part = FOUND[pressed.task]
+    pressed.job.show(Part(part, "a reversal of the load"))
+    pressed.job.show(Progress(0.5))
+    assert pressed.says() == "50 %; what stands below lacks a reversal of the load"
+    assert pressed.shows()[-1][-2:] == (part, False)
+    clears = pressed.clears()
+    pressed.press()
+    assert pressed.says() == f"{name} stopped at 50 %: what stands below lacks a reversal of the load"
+    assert pressed.shows()[-1][-1] is part is pressed.found and pressed.clears() == clears and pressed.job is None
 
 
 def test_a_run_that_is_there_is_not_computed_again():
@@ -368,13 +399,15 @@ def test_a_second_press_cancels_a_third_asks_anew_and_what_comes_from_the_first_
 
 def test_a_refusal_is_a_message_and_ends_the_wait(pressed):
     pressed.job.end("torque must be positive")
-    assert pressed.display.shown["show_message"][-1] == (f"{pressed.task}: torque must be positive",)
+    name = TASKS.get(pressed.task, pressed.task)
+    assert pressed.display.shown["show_message"][-1] == (f"{name}: torque must be positive",)
     assert pressed.clears() == 1 and pressed.found is None
 
 
 @pytest.mark.parametrize(("task", "view", "words"), [
     ("run-up", PAPER, "menu of presets"), ("assessment", PAPER, "menu of presets"),
-    ("tolerances", PAPER, "pair of gears"), ("tolerances", TRAIN, "pair of gears")])
+    ("tolerances", PAPER, "pair of gears"), ("tolerances", TRAIN, "pair of gears"), ("changes", PAIR, "a drawing or"),
+    ("changes", RUN.with_value("eps1", 0.3), "set back eps1")])
 def test_what_has_no_gears_or_no_pair_of_them_is_refused_in_words(task, view, words):
     page = Pressed(task, view)
     assert not page.branches.asked and words in page.display.shown["show_message"][-1][0] and page.clears() == 1
@@ -382,7 +415,8 @@ def test_what_has_no_gears_or_no_pair_of_them_is_refused_in_words(task, view, wo
 
 @pytest.mark.parametrize("complete", [False, True])
 @pytest.mark.parametrize(("change", "going"), [
-    (lambda view: view.with_value("torque", 120.0), {"run-up", "tolerances"}),
+    (lambda view: view.with_value("torque", 120.0), {"run-up", "tolerances", "changes"}),
+    (lambda view: replace(view, change="loss"), {"assessment", "changes"}),
     (lambda view: view.with_value("zeta", 0.08), {*FOUND}), (lambda view: PAPER, {*FOUND}),
     (lambda view: view.with_value("speed", 2000.0), {"tolerances"}),
     (lambda view: view.with_axis("x", "zeta"), {"run-up"}), (lambda view: view.with_run(stop=2100.0), {"run-up"}),
@@ -397,7 +431,8 @@ def test_each_goes_with_what_it_depends_on(pressed, complete, change, going):
     assert pressed.clears() == goes and (pressed.found is not None) == (complete and not goes)
     assert complete or (pressed.job is None) == goes
     if pressed.task == "assessment" and complete and not goes:  # for the new point
-        assert pressed.shows()[-2:] == [(SpeedLine(RUN), FOUND["assessment"])] * 2
+        shown = SpeedLine(RUN), FOUND["assessment"]
+        assert pressed.shows()[-2:] == [shown, (*shown, True)]
 
 
 @pytest.mark.parametrize(("first", "sound", "views", "stays"), [

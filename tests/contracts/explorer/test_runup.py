@@ -32,8 +32,8 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def found():
     """The run-up of `RUN`, which jumps both ways, and the shares that were reported before."""
-    *shares, last = run_up(RUN.operating_point, RUN.run, "")
-    return shares, last
+    *progress, last = run_up(RUN.operating_point, RUN.run, "")
+    return [each.share for each in progress], last
 
 
 def test_the_first_run_is_over_the_axis_of_the_speed_or_over_its_slider():
@@ -60,9 +60,9 @@ def test_progress_goes_up_over_both_ways_and_a_run_can_be_stopped():
     def stopped():
         cancel_event.set(stop)
         steps = run_up(GEARS.operating_point, Run(3000.0, 6000.0, 15.0, "down"), "")
-        shares = [next(steps)]
+        shares = [next(steps).share]
         while len(shares) < 40 and shares[-1] < 0.01:
-            shares.append(next(steps))
+            shares.append(next(steps).share)
         stop.set()
         with pytest.raises(StoppedError):
             list(steps)

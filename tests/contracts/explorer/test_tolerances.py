@@ -12,6 +12,7 @@ from gearchaos.cli.explore import _view
 from gearchaos.datasheet.scatter import answer, scatter_document
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.opened import Opened
+from gearchaos.explorer.core.progress import Part, Progress
 from gearchaos.explorer.core.text import from_query, to_query
 from gearchaos.explorer.features.tolerances import job as jobs
 from gearchaos.explorer.features.tolerances.job import tolerances
@@ -31,8 +32,10 @@ ASSUMED = ("quality.deviations=within the grade", "damping_ratio=0.035:0.065", "
 
 def computed(view, designs=512):
     with patch.object(jobs, "_DESIGNS", designs):
-        *shares, last = tolerances(view)
-    assert all(0 <= share <= 1 for share in shares)
+        *before, last = tolerances(view)
+    (part,) = [each for each in before if isinstance(each, Part)]
+    assert all(0 <= each.share <= 1 for each in before if isinstance(each, Progress))
+    assert part.found.dataset.sizes["sample"] == 64 and last.dataset.sizes["sample"] == designs
     return last
 
 

@@ -24,7 +24,7 @@ from gearchaos.gears.design.inputs import Inputs
 from gearchaos.gears.design.values import module_of
 from gearchaos.gears.geometry.dimensions import shift_sum
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import Convert, Reader, one, two
+from gearchaos.gears.io.fields import Convert, Reader, Record, one, two
 from gearchaos.gears.operation.operating import model_of_gears
 from gearchaos.studies.core.axis import Axis
 
@@ -255,6 +255,18 @@ class Drawing:
         for name, table in tables.items():
             document[name] = table
         return tomlkit.dumps(document)
+
+    def changed(self, fields: Mapping[str, Any]) -> Drawing:
+        """The drawing with fields of a design, in SI, in the place of its own."""
+        texts = dict(self.texts)
+        for name, value in fields.items():
+            given = value if isinstance(value, Mapping) else vars(value) if isinstance(value, Record) else {"": value}
+            for key, each in inputs().items():
+                if key.startswith("design.") and key.split(".")[1] == name:
+                    part = given.get(key.partition(f".{name}")[2].removeprefix("."))
+                    unit = each.units[0] if each.units else ""
+                    texts[key] = "" if part is None else ";".join(each.shown(part, unit))
+        return Drawing.of(texts.items())
 
     @cached_property
     def reading(self) -> Reading:

@@ -51,6 +51,7 @@ from gearchaos.explorer.web.messages import asset, render
 from gearchaos.explorer.web.page import Page
 from gearchaos.explorer.web.session import Session
 from gearchaos.explorer.web.start import Start
+from gearchaos.gears.operation.operating import is_design
 
 LARGEST_MESSAGE = 2**20  # largest number of bytes in a message; a page sends a few thousand at most
 
@@ -271,7 +272,8 @@ def application(view: View, workers: Workers) -> Application:
             figures[kind] = named_roots(Page(first, first.start))
         return SimpleNamespace(
             title=_TITLE, template=template, roots=figures[kind], template_variables=dict(
-                css=asset("web/static/page.css"), gears=gears, pair=pair, form=first.drawing and render(
+                css=asset("web/static/page.css"), gears=gears, pair=pair,
+                design=is_design(first.start.gears), form=first.drawing and render(
                     "features/drawing/form.html.j2", form=form(first.drawing)),
                 scheme=render("features/train/scheme.html.j2", scheme=scheme(first.start.gears)) if gears and not pair
                 else "",

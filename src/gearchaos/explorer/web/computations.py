@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from gearchaos.datasheet.report import Report
 from gearchaos.errors import InputError
+from gearchaos.explorer.core.models import changes
+from gearchaos.explorer.core.progress import Part, Progress
 from gearchaos.explorer.core.state import View
 from gearchaos.explorer.core.worker import GeneratorFunction, Job, Worker, Workers
 from gearchaos.explorer.features.assessment.job import assessed
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.changes.job import changed_designs
 from gearchaos.explorer.features.drawing.relief import best_relief
 from gearchaos.explorer.features.drawing.speeds import factors
 from gearchaos.explorer.features.knock.job import KnockedMotion, knocked_motion, motion_to_knock
@@ -41,10 +45,14 @@ _TOLERANCES = "tolerances"  # the task of what they do at the point
 _KNOCK = "knock"  # the task of what a knock does to the motion at the point
 _RELIEF = "best tip relief"  # the task of the relief of a drawing
 _FACTORS = "dynamic factor along the speed"  # the task of the factors of drawings
+_CHANGES = "changed designs"  # the task of which change of a design helps
 _RESULTS = {_SKELETON: "_skeleton", _RUN_UP: "run_up", _ASSESSMENT: "assessment", _TOLERANCES: "cloud",
-            _KNOCK: "knocked"}  # the attribute that keeps the result of a task
+            _KNOCK: "knocked", _CHANGES: "changes"}  # the attribute that keeps the result of a task
+_BUTTONS = {_RUN_UP: "run", _ASSESSMENT: "assess", _TOLERANCES: "tolerances", _KNOCK: "knock", _CHANGES: "changes"}
+"""The button that begins a task and stops it."""
 _NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
 _NO_PAIR = "choose a pair of gears; a dimensionless model and a train have none"
+_NO_DESIGN = "choose a drawing or a [design]; other gears have no inputs that can be changed"
 _COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
 
 
@@ -83,10 +91,14 @@ class Computations:
         self._line: SpeedLine | None = None  # what is assessed, or being assessed
         self.cloud: Cloud | None = None  # the designs at the present point
         self.knocked: KnockedMotion | None = None  # what a knock does to the motion at the present point
-        self._shares: dict[str, float] = {}  # of run-up, assessment and tolerances that are computed
+        self.changes: Report | None = None  # of the design at the present torque
+        self._changed: SpeedLine | None = None  # the speeds over which its changes are assessed
+        self._progress: dict[str, Progress] = {}  # of the tasks of `_BUTTONS` that are computed
+        self._lacks: dict[str, str] = {}  # what the results of such tasks lack that is still computed
         self._along: tuple[Any, ...] = ()  # the models and speeds whose dynamic factors are shown, or on their way
         self._clear_display = {_RUN_UP: display.clear_run_up, _ASSESSMENT: display.clear_assessment,
-                               _TOLERANCES: display.clear_tolerances, _KNOCK: display.clear_knock}
+                               _TOLERANCES: display.clear_tolerances, _KNOCK: display.clear_knock,
+                               _CHANGES: display.clear_changes}
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
@@ -114,7 +126,9 @@ class Computations:
         if self._line is not None and not self._line.belongs_to(view):
             self._clear(_ASSESSMENT)
         elif self._line is not None and self.assessment is not None:  # in its place on the present map
-            self._display.show_assessment(self._line, self.assessment)
+            self._display.show_assessment(self._line, self.assessment, _ASSESSMENT not in self._pending)
+        if self._changed is not None and (not self._changed.goes_through(view) or before.change != view.change):
+            self._clear(_CHANGES)
         if before.operating_point != view.operating_point:
             self._clear(_TOLERANCES)
 
@@ -177,13 +191,41 @@ class Computations:
             setattr(self, _RESULTS[task], None)
             self._drop(self._branches, task)
 
-    def _keep(self, task: str, show: Callable[[Any], None], found: Any) -> None:
-        """Show the result of one of `_RESULTS`; a number is the share that is computed."""
-        if isinstance(found, float):
-            self._shares[task] = found
+    def _keep(self, task: str, show: Callable[..., None], found: Any) -> None:
+        """Show the result of one of `_RESULTS`, or what is known of it; or how far it is."""
+        if isinstance(found, Progress):
+            self._progress[task] = found
+        elif isinstance(found, Part):
+            self._lacks[task] = found.lacks
+            setattr(self, _RESULTS[task], found.found)
+            show(found.found, False)
         else:
+            self._lacks.pop(task, None)
             setattr(self, _RESULTS[task], found)
             show(found)
+
+    def _press(self, task: str, obstacle: str, function: GeneratorFunction, show: Callable[..., None]) -> None:
+        """Begin one of `_BUTTONS`, or stop it; a message says what hinders it, if anything does."""
+        if task in self._pending:
+            self._stop(task, show)
+            return
+        self._clear(task)
+        if obstacle:
+            self._ended(task, obstacle)
+            return
+        self._display.show_message("")
+        self._display.show_progress(_BUTTONS[task], "")
+        show(None)
+        self._ask(self._branches, task, function, partial(self._keep, task, show))
+
+    def _stop(self, task: str, show: Callable[..., None]) -> None:
+        """Stop one of `_BUTTONS`, and say what is known by now."""
+        share, lacks = self._progress.get(task, Progress(0.0)).share, self._lacks.get(task)
+        known = f"what stands below lacks {lacks}" if lacks else "nothing of it is known yet"
+        self._drop(self._branches, task)
+        if lacks:
+            show(getattr(self, _RESULTS[task]))
+        self._display.show_progress(_BUTTONS[task], f"{task} stopped at {100 * share:.0f} %: {known}")
 
     def _ask_point_motion(self) -> None:
         self._quick.cancel(self._owner, "final verdict")
@@ -265,41 +307,37 @@ class Computations:
             self._display.clear_skeleton()
 
     def ask_run_up(self) -> None:
-        """Compute the run-up of the view, or cancel its computation; there is a message if the view has no gears."""
-        if _RUN_UP in self._pending:
-            self._clear(_RUN_UP)
-        elif self._view.run is None:
-            self._ended(_RUN_UP, _NO_SPEED)
-        elif self.run_up is None:
-            self._display.show_message("")
-            function = partial(run_up, self._view.operating_point, self._view.run, self._view.mesh)
-            self._ask(self._branches, _RUN_UP, function, partial(self._keep, _RUN_UP, self._display.show_run_up))
+        """Compute the run-up of the view, or stop that; there is a message if the view has no gears."""
+        if self.run_up is None:
+            run: Any = self._view.run
+            function = partial(run_up, self._view.operating_point, run, self._view.mesh)
+            self._press(_RUN_UP, "" if run else _NO_SPEED, function, self._display.show_run_up)
 
     def ask_assessment(self) -> None:
-        """Assess the speeds at the point, or cancel that; there is a message if the view has no gears."""
-        pending = _ASSESSMENT in self._pending
-        self._clear(_ASSESSMENT)
-        if self._view.run is None:
-            self._ended(_ASSESSMENT, _NO_SPEED)
-        elif not pending:
-            self._display.show_message("")
-            self._line = line = SpeedLine(self._view)
-            show = partial(self._display.show_assessment, line)
-            show(None)
-            self._ask(self._branches, _ASSESSMENT, partial(assessed, line), partial(self._keep, _ASSESSMENT, show))
+        """Assess the speeds at the point, or stop that; there is a message if the view has no gears."""
+        if _ASSESSMENT not in self._pending:
+            self._clear(_ASSESSMENT)
+            self._line = SpeedLine(self._view)
+        assert self._line is not None
+        self._press(_ASSESSMENT, "" if self._view.run else _NO_SPEED, partial(assessed, self._line),
+                    partial(self._display.show_assessment, self._line))
 
     def ask_tolerances(self) -> None:
-        """Compute what tolerances do at the point, or cancel that; there is a message if the view has no pair."""
-        pending = _TOLERANCES in self._pending
-        self._clear(_TOLERANCES)
-        if not isinstance(self._view.operating_point, OperatingModel):
-            self._ended(_TOLERANCES, _NO_PAIR)
-        elif not pending:
-            self._display.show_message("")
-            show = self._display.show_tolerances
-            show(None)
-            self._ask(self._branches, _TOLERANCES, partial(tolerances, self._view),
-                      partial(self._keep, _TOLERANCES, show))
+        """Compute what tolerances do at the point, or stop that; there is a message if the view has no pair."""
+        is_pair = isinstance(self._view.operating_point, OperatingModel)
+        self._press(_TOLERANCES, "" if is_pair else _NO_PAIR, partial(tolerances, self._view),
+                    self._display.show_tolerances)
+
+    def ask_changes(self) -> None:
+        """Assess changed designs at the torque of the point, or stop that; a message says why there are none."""
+        obstacle, model = "" if is_design(self._view.gears) else _NO_DESIGN, self._view.operating_point
+        if isinstance(model, OperatingModel) and (apart := changes(model)):
+            obstacle = f"set back {', '.join(apart)}, which a design does not have"
+        if _CHANGES not in self._pending:
+            self._clear(_CHANGES)
+            self._changed = SpeedLine(self._view)
+        assert self._changed is not None
+        self._press(_CHANGES, obstacle, partial(changed_designs, self._changed), self._display.show_changes)
 
     def ask_relief(self) -> None:
         """Find the best tip relief of the design at the point; there is a message if the view has none."""
@@ -318,17 +356,15 @@ class Computations:
 
     def ask_knock(self) -> None:
         """Find what a knock does to the motion at the point, or cancel that; a message says why it cannot be found."""
-        pending, motion = _KNOCK in self._pending, self.point_motion
-        self._clear(_KNOCK)
+        motion, obstacle = self.point_motion, ""
+        function: Any = None
         if not isinstance(self._view.operating_point, OperatingModel):
-            self._ended(_KNOCK, _NO_PAIR)
+            obstacle = _NO_PAIR
         elif motion is None or motion.model != self._view.point:
-            self._ended(_KNOCK, "the motion at the point is still being computed")
-        elif not pending:
-            self._display.show_message("")
+            obstacle = "the motion at the point is still being computed"
+        elif _KNOCK not in self._pending:
             function = partial(knocked_motion, motion_to_knock(motion), motion.verdict.dynamic_factor or np.nan)
-            self._display.show_knock(None)
-            self._ask(self._branches, _KNOCK, function, partial(self._keep, _KNOCK, self._display.show_knock))
+        self._press(_KNOCK, obstacle, function, self._display.show_knock)
 
     def ask_file(self, kind: str, suffix: str) -> None:
         """Make a file of the map, the motion or the run-up in the units that the view shows, or of the assessment."""
@@ -340,14 +376,22 @@ class Computations:
         elif kind == "runup" and self.run_up is not None:
             dataset = self.run_up.dataset
         elif kind == "assessment" and self.assessment is not None and self._line is not None:
-            function = partial(export.assessment, suffix, self.assessment, self._line)
-            self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
+            self._save(kind, suffix, partial(export.assessment, kind, suffix, Report(self.assessment), self._line))
+            return
+        elif kind == "changes" and self.changes is not None and self._changed is not None:
+            self._save(kind, suffix, partial(export.assessment, kind, suffix, self.changes, self._changed))
+            return
+        elif kind == "tolerances" and self.cloud is not None:
+            self._save(kind, suffix, partial(export.scatter, suffix, self.cloud.dataset))
             return
         if dataset is None:
             self._display.show_message("There is nothing to save yet.")
             return
         gears = self._view.gears if self._view.physical else None
-        function = partial(export.exported, kind, suffix, dataset, self._view.colour, title, gears)
+        self._save(kind, suffix, partial(export.exported, kind, suffix, dataset, self._view.colour, title, gears))
+
+    def _save(self, kind: str, suffix: str, function: GeneratorFunction) -> None:
+        """Make a file and have the browser save it."""
         self._ask(self._quick, f"{kind}.{suffix}", function, lambda found: self._display.save_file(*found))
 
     # --- results ---------------------------------------------------------------------------------------------------
@@ -358,7 +402,10 @@ class Computations:
         self._show_busy()
         if message:
             self._display.show_message(f"{task}: {message}")
-        self._shares.pop(task, None)
+        self._progress.pop(task, None)
+        self._lacks.pop(task, None)
+        if task in _BUTTONS:
+            self._display.show_progress(_BUTTONS[task], "")
         if task in self._clear_display and getattr(self, _RESULTS[task]) is None:
             self._line = None if task == _ASSESSMENT else self._line
             self._clear_display[task]()
@@ -369,11 +416,10 @@ class Computations:
     def _show_busy(self, compiling: bool = False) -> None:
         share = 0.0 if self.map is None else self.map.share
         progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
-        run_up, random, designs = (self._shares.get(task, 0.0) for task in (_RUN_UP, _ASSESSMENT, _TOLERANCES))
-        words = {"map": progress, _RUN_UP: f"{_RUN_UP} {100 * run_up:.0f} %",
-                 _TOLERANCES: f"{_TOLERANCES} {100 * designs:.0f} %"}
-        if 0 < random < 1:
-            words[_ASSESSMENT] = f"{_ASSESSMENT} (motions from random states {100 * random:.0f} %)"
+        words = {"map": progress} | {task: f"{task} {done.words}" for task, done in self._progress.items()}
+        for task in self._pending.keys() & self._progress.keys():
+            lacks = f"; what stands below lacks {self._lacks[task]}" if task in self._lacks else ""
+            self._display.show_progress(_BUTTONS[task], f"{self._progress[task].words}{lacks}")
         self._display.show_busy([words.get(p, p) for p in sorted(self._pending)], compiling)
 
     def show_map(self, found: Map) -> None:

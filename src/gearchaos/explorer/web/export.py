@@ -12,13 +12,13 @@ from gearchaos import plot
 from gearchaos.datasets import netcdf_bytes
 from gearchaos.datasheet.printed import report_pdf
 from gearchaos.datasheet.report import Report, report_html
+from gearchaos.datasheet.scatter import scatter_document
 from gearchaos.explorer.core.text import as_toml
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
 from gearchaos.files import strict_json
 from gearchaos.gears.operation.operating import Gears
 from gearchaos.gears.operation.results import physical
 from gearchaos.plot._assessment import height
-from gearchaos.studies.speeds.assess import Assessment
 
 _DPI = 150
 _MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml", "nc": "application/x-netcdf", "json": "application/json",
@@ -31,10 +31,12 @@ FILES = {
 } | {
     "assessment-html": "assessment as a page", "assessment-pdf": "assessment PDF", "assessment-png": "assessment PNG",
     "assessment-svg": "assessment SVG", "assessment-json": "assessment JSON",
+    "changes-html": "changed designs as a page", "changes-pdf": "changed designs PDF",
+    "changes-json": "changed designs JSON", "tolerances-nc": "tolerances data", "tolerances-json": "tolerances JSON",
 }
 """Files that can be saved, by kind and suffix, each with its description in the menu."""
 
-OF_GEARS = ("runup", "assessment")
+OF_GEARS = ("runup", "assessment", "changes", "tolerances")
 """The kinds of files that only pages with gears have."""
 
 
@@ -73,20 +75,28 @@ def exported(
     yield content, media, f"gearchaos-{kind}.{suffix}"
 
 
-def assessment(suffix: str, found: Assessment, line: SpeedLine) -> Generator[tuple[bytes, str, str]]:
+def scatter(suffix: str, dataset: xr.Dataset) -> Generator[tuple[bytes, str, str]]:
+    """The file of a scatter at a point as (content, media type, file name), the only result of this job: its data, or
+    what `gearchaos scatter --json` prints."""
+    content = bytes(netcdf_bytes(dataset)) if suffix == "nc" else strict_json(scatter_document(dataset)).encode()
+    yield content, _MEDIA_TYPES[suffix], f"gearchaos-tolerances.{suffix}"
+
+
+def assessment(kind: str, suffix: str, report: Report, line: SpeedLine) -> Generator[tuple[bytes, str, str]]:
     """The file of an assessment as (content, media type, file name), the only result of this job.
 
     The suffixes "html" and "pdf" give what `gearchaos assess` writes by ``--out`` and ``--pdf``, "json" what ``--json``
     prints, and the study file of what was assessed.
     """
+    found = report.found
     if suffix == "json":
-        content = strict_json(found.document() | {"study_file": as_toml(line.view)}).encode()
+        content = strict_json(report.document() | {"study_file": as_toml(line.view)}).encode()
     elif suffix == "html":
-        content = report_html(Report(found)).encode()
+        content = report_html(report).encode()
     elif suffix == "pdf":
-        content = report_pdf(Report(found))
+        content = report_pdf(report)
     else:
         figure = Figure(figsize=(6.4, height(found)), layout="constrained")
         plot.assessment(found, figure.subplots())
         content = _drawn(figure, suffix)
-    yield content, _MEDIA_TYPES[suffix], f"gearchaos-assessment.{suffix}"
+    yield content, _MEDIA_TYPES[suffix], f"gearchaos-{kind}.{suffix}"

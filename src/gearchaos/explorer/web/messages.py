@@ -48,7 +48,7 @@ def _environment() -> Environment:
 
 ELEMENTS = ("parameters", "axes", "line-choose", "busy", "message", "legend", "verdict", "others", "basin-legend",
             "branch", "skeleton-legend", "run-text", "assessment-text", "tolerances-text",
-            "knock-text", "sheet", "relief", "speeds-text")
+            "knock-text", "sheet", "relief", "speeds-text", "changes-text")
 """Elements of the page whose HTML changes. As Bokeh widgets, each change would lay out the page again."""
 
 

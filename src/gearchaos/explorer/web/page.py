@@ -11,6 +11,7 @@ from typing import Any
 
 import xarray as xr
 
+from gearchaos.datasheet.report import Report
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.drawing import Drawing
 from gearchaos.explorer.core.models import are_alike, equal
@@ -22,6 +23,7 @@ from gearchaos.explorer.core.text import as_python, to_query
 from gearchaos.explorer.core.trains import shown_mesh
 from gearchaos.explorer.features.assessment.panel import assessment_text, places
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
+from gearchaos.explorer.features.changes.panel import changes_text
 from gearchaos.explorer.features.drawing.form import marks
 from gearchaos.explorer.features.drawing.panel import CYCLES, CycleFigure, Sheet, sheet_text
 from gearchaos.explorer.features.drawing.relief import Best, relief_text
@@ -280,8 +282,10 @@ class Page:
         self.choices = found
         self._write("others", "features/motion/attractors", choices=found)
 
-    def show_run_up(self, found: RunUpResult) -> None:
-        """Set up the figures of a run-up, describe it, and have the browser play it."""
+    def show_run_up(self, found: RunUpResult | None) -> None:
+        """Set up the figures of a run-up, describe it, and have the browser play it; None while it is computed."""
+        if found is None:
+            return
         units = self.units(self.view)
         dataset = units.scaled(found.dataset)
         name, images = self.run.show(dataset, units), self.waterfall.show(dataset, units)
@@ -296,9 +300,13 @@ class Page:
         self._write("run-text")
         self.messages.set_run_up({})
 
-    def show_assessment(self, line: SpeedLine, found: Assessment | None) -> None:
-        """Draw an assessment over the map and write what to avoid and to use; None while it is computed."""
-        self.messages.set_values({"assess": found is None})
+    def show_progress(self, button: str, words: str) -> None:
+        """Write beside a button how far it is what it began, or where that was stopped."""
+        self.messages.set_values({f"{button}-progress": words})
+
+    def show_assessment(self, line: SpeedLine, found: Assessment | None, whole: bool = True) -> None:
+        """Draw an assessment over the map and write what to avoid and to use; None or a part while it is computed."""
+        self.messages.set_values({"assess": found is None or not whole})
         if found is not None:
             self.line, self.ranges = line, places(found)
             self._assessed.appendleft((line, found))
@@ -315,9 +323,9 @@ class Page:
         self.show_factors(self._factors)
         self._write("assessment-text")
 
-    def show_tolerances(self, found: Cloud | None) -> None:
-        """Draw the designs at the point and write how likely contact is lost; None while they are computed."""
-        self.messages.set_values({"tolerances": found is None})
+    def show_tolerances(self, found: Cloud | None, whole: bool = True) -> None:
+        """Draw the designs at the point and write how likely contact is lost; None or a part while it is computed."""
+        self.messages.set_values({"tolerances": found is None or not whole})
         if found is not None:
             self.cloud.show(found)
             self._write("tolerances-text", "features/tolerances/tolerances", text=cloud_text(found, self.view))
@@ -326,6 +334,18 @@ class Page:
         """Remove the designs at the point."""
         self.messages.set_values({"tolerances": False})
         self._write("tolerances-text")
+
+    def show_changes(self, found: Report | None, whole: bool = True) -> None:
+        """Write which change of the design widens the usable speeds; None or a part while it is computed."""
+        self.messages.set_values({"changes": found is None or not whole})
+        if found is not None:
+            text = changes_text(found, self.opened.drawing)
+            self._write("changes-text", "features/changes/changes", text=text)
+
+    def clear_changes(self) -> None:
+        """Remove what changes of the design do."""
+        self.messages.set_values({"changes": False})
+        self._write("changes-text")
 
     def show_knock(self, found: KnockedMotion | None) -> None:
         """Draw what a knock does to the motion at the point, and write it; None while it is computed."""

@@ -53,7 +53,8 @@ _MENUS: dict[str, Callable[[View, str], View]] = {
 
 _ASKED = {"follow": Computations.ask_branch, "drop-branch": Computations.clear_branch, "run": Computations.ask_run_up,
           "assess": Computations.ask_assessment, "knock": Computations.ask_knock,
-          "tolerances": Computations.ask_tolerances, "relief": Computations.ask_relief}
+          "tolerances": Computations.ask_tolerances, "relief": Computations.ask_relief,
+          "changes": Computations.ask_changes}
 """What a button asks for, by its name."""
 
 _RUN_NUMBERS = {f"run-{name}": name for name in ("start", "stop", "duration")}

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import xarray as xr
 
 from gearchaos.errors import InputError
-from gearchaos.explorer.core.progress import with_progress
+from gearchaos.explorer.core.progress import Progress, with_progress
 from gearchaos.explorer.core.run import Run
 from gearchaos.model import MeshModel
 from gearchaos.sound import write_wav
@@ -29,8 +29,8 @@ class RunUpResult:
     sound: bytes
 
 
-def run_up(model: MeshModel, run: Run, mesh: str) -> Generator[float | RunUpResult]:
-    """The share that is computed, again and again, then the run-up of a model, of a train that of a mesh."""
+def run_up(model: MeshModel, run: Run, mesh: str) -> Generator[Progress | RunUpResult]:
+    """How far it is, again and again, then the run-up of a model, of a train that of a mesh."""
     speed = Axis("speed", run.start, run.stop, RANGE)
     study = RunUp(model.with_values({"speed": run.start}), speed=speed, duration=run.duration, down=run.way == "down",
                   signal=run.sound, mesh=mesh or None)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 import xarray as xr
 
-from gearchaos.explorer.core.progress import with_progress
+from gearchaos.explorer.core.progress import Part, Progress, with_progress
 from gearchaos.explorer.core.state import View
 from gearchaos.studies.core.axis import Axis
 from gearchaos.studies.motion.regime import regime
@@ -17,7 +17,7 @@ from gearchaos.studies.operation.quasi_static import quasi_static_ratio
 from gearchaos.studies.uncertainty.scatter import Scatter
 from gearchaos.studies.uncertainty.scattered_models import present_value
 
-_DESIGNS = 512
+_DESIGNS, _FIRST_DESIGNS = 512, 64
 
 
 @dataclass(frozen=True)
@@ -30,17 +30,19 @@ class Cloud:
     values: tuple[float | None, ...]  # their values of the inputs; None where they have none
 
 
-def tolerances(view: View) -> Generator[float | Cloud]:
-    """The share of the motions that are followed, again and again, then the designs at the point of a view.
+def tolerances(view: View) -> Generator[Progress | Part | Cloud]:
+    """How far it is, again and again, some of the designs, then all, at the point of a view.
 
     The scatter is that of `gearchaos.scatter` without indices.
     """
     model, gears = view.operating_point, view.gears
     assert gears is not None  # it is a pair
     speed, torque = (float(model.value(name) or 0.0) for name in ("speed", "torque"))
-    study = Scatter(model, view.vary, Axis("speed", speed, speed, 1), (torque,), samples=_DESIGNS,
-                    indices=False)
-    dataset = yield from with_progress(partial(study.run, progress=True))
+    study = Scatter(model, view.vary, Axis("speed", speed, speed, 1), (torque,), samples=_FIRST_DESIGNS, indices=False)
     verdict = regime(model, settings=study.classification)
     factor = np.nan if verdict.dynamic_factor is None else verdict.dynamic_factor / quasi_static_ratio(model)
-    yield Cloud(dataset, factor, verdict.contact, tuple(present_value(gears, each) for each in study.inputs))
+    own = tuple(present_value(gears, each) for each in study.inputs)
+    first = yield from with_progress(partial(study.run, progress=True))
+    yield Part(Cloud(first, factor, verdict.contact, own), f"{_DESIGNS - _FIRST_DESIGNS} of {_DESIGNS} designs")
+    dataset = yield from with_progress(partial(replace(study, samples=_DESIGNS).run, progress=True))
+    yield Cloud(dataset, factor, verdict.contact, own)

@@ -1,0 +1,1 @@
+"""Which change of a design widens its usable speeds."""
