@@ -367,6 +367,7 @@ def test_a_button_says_what_it_stopped_and_what_is_known_until_then(pressed):
         return
     part = FOUND[pressed.task]
     pressed.job.show(Part(part, "a reversal of the load"))
+    assert pressed.says() == "what stands below lacks a reversal of the load"
     pressed.job.show(Progress(0.5))
     assert pressed.says() == "50 %; what stands below lacks a reversal of the load"
     assert pressed.shows()[-1][-2:] == (part, False)

@@ -197,6 +197,7 @@ class Computations:
             self._progress[task] = found
         elif isinstance(found, Part):
             self._lacks[task] = found.lacks
+            self._progress.pop(task, None)
             setattr(self, _RESULTS[task], found.found)
             show(found.found, False)
         else:
@@ -417,9 +418,10 @@ class Computations:
         share = 0.0 if self.map is None else self.map.share
         progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
         words = {"map": progress} | {task: f"{task} {done.words}" for task, done in self._progress.items()}
-        for task in self._pending.keys() & self._progress.keys():
-            lacks = f"; what stands below lacks {self._lacks[task]}" if task in self._lacks else ""
-            self._display.show_progress(_BUTTONS[task], f"{self._progress[task].words}{lacks}")
+        for task in self._pending.keys() & (self._progress.keys() | self._lacks.keys()):
+            share = [self._progress[task].words] if task in self._progress else []
+            lacks = [f"what stands below lacks {self._lacks[task]}"] if task in self._lacks else []
+            self._display.show_progress(_BUTTONS[task], "; ".join(share + lacks))
         self._display.show_busy([words.get(p, p) for p in sorted(self._pending)], compiling)
 
     def show_map(self, found: Map) -> None:

@@ -16,10 +16,11 @@ def assessed(line: SpeedLine) -> Generator[Progress | Part | Assessment]:
 
     It is that of `gearchaos.assess` with its own settings, after the load change that the view names.
     """
-    whole, gears = assessment_of(line), line.view.operating_point
-    if line.view.change != "none":
+    whole, gears, change = assessment_of(line), line.view.operating_point, line.view.change
+    if change != "none":
         operation = partial(whole, gears, load_change=None, wide=False, knocks=False)
-        yield Part((yield from with_progress(operation)), CHANGES[line.view.change][0])
+        words = f"motions {'from' if change == 'wide' else 'after'} {CHANGES[change][0]}"
+        yield Part((yield from with_progress(operation)), words)
     yield (yield from with_progress(partial(whole, gears)))
 
 
