@@ -40,7 +40,8 @@ def found():
     *before, last = assessed(LINE)
     (part,) = [each for each in before if isinstance(each, Part)]
     assert all(0 <= each.share <= 1 for each in before if isinstance(each, Progress))
-    assert part.lacks == "motions after a reversal of the load" and part.found.at[0].load_change == "" and last.at[0].load_change
+    assert part.lacks == "motions after a reversal of the load"
+    assert part.found.at[0].load_change == "" and last.at[0].load_change
     operation = gc.assess(load_design(SPUR), "786:822", 100, load_change=None, knocks=False)
     assert part.found.document()["avoid"] == operation.document()["avoid"]
     return last

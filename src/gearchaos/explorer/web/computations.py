@@ -419,9 +419,9 @@ class Computations:
         progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
         words = {"map": progress} | {task: f"{task} {done.words}" for task, done in self._progress.items()}
         for task in self._pending.keys() & (self._progress.keys() | self._lacks.keys()):
-            share = [self._progress[task].words] if task in self._progress else []
+            done = [self._progress[task].words] if task in self._progress else []
             lacks = [f"what stands below lacks {self._lacks[task]}"] if task in self._lacks else []
-            self._display.show_progress(_BUTTONS[task], "; ".join(share + lacks))
+            self._display.show_progress(_BUTTONS[task], "; ".join(done + lacks))
         self._display.show_busy([words.get(p, p) for p in sorted(self._pending)], compiling)
 
     def show_map(self, found: Map) -> None:
