@@ -1,5 +1,6 @@
 """The explorer without a file: its choice, a drawing as a form, two drawings, what is wrong, an assessment, a file."""
 
+import json
 import tomllib
 
 import pytest
@@ -181,12 +182,20 @@ def test_an_assessment_of_a_drawing_can_be_stopped_and_saved_as_a_page(example, 
     sync_api.expect(button).to_contain_text("stop")
     button.click()
     sync_api.expect(button).to_have_attribute("aria-pressed", "false")
-    assert one.page.locator("#assessment-text").inner_text() == ""
+    said = one.page.locator("[data-show=assess-progress]")
+    sync_api.expect(said).to_contain_text("assessment stopped at")
+    assert one.page.locator("#assessment-text").inner_text() == "" and "nothing of it is known" in said.inner_text()
     button.click()
     one.page.wait_for_selector("#assessment-text p")
     page = one.saved("assessment as a page", tmp_path).read_text()
     assert "23/81" in page and "<script" not in page
     assert one.saved("assessment PDF", tmp_path).read_bytes().startswith(b"%PDF")
+    one.page.click("[data-press=changes]")
+    one.page.wait_for_selector("#changes-text li")
+    one.page.click("[data-press=changes]")
+    sync_api.expect(one.page.locator("[data-show=changes-progress]")).to_contain_text("what stands below lacks")
+    tried = json.loads(one.saved("changed designs JSON", tmp_path).read_text())["improvements"]
+    assert tried[0]["input"] == "tip relief" and len(tried) < 8
 
 
 def test_a_file_and_a_train_of_the_examples_open_their_pages(visit):
