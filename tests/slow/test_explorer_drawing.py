@@ -1,6 +1,7 @@
 """The explorer without a file: its choice, a drawing as a form, two drawings, what is wrong, an assessment, a file."""
 
 import json
+import math
 import tomllib
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import gearchaos as gc
 from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, inputs
 from gearchaos.explorer.core.opened import Opened, opened
+from gearchaos.gears.design.transverse_section import transverse_section
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.slow.browser import NEEDED, SIZES, START, WAIT, Visit
@@ -148,6 +150,36 @@ def test_two_drawings_stand_side_by_side_with_words_for_what_changed(example):
     one.page.click("a:has-text('open the kept one')")
     one.page.wait_for_selector("[data-press=keep]:has-text('keep this one')")
     wait_until(lambda: one.drawing == Drawing.of({**EXAMPLE, **NARROW}.items()))
+
+
+def test_teeth_turn_as_their_geometry_and_the_motion_say_and_step_where_motion_is_not_wanted(example):
+    one, button = example, example.page.locator("[data-turn]")
+    sync_api.expect(button).to_be_enabled()
+    one.page.emulate_media(reduced_motion="reduce")
+    sync_api.expect(button).to_contain_text("an eighth")
+    design = one.drawing.reading.design.at(speed=2000.0, torque=60.0)
+    drawn = transverse_section(design)
+    for step in range(1, 4):
+        button.click()
+        words = one.page.locator("#gap").inner_text()
+        now = transverse_section(design, step / 8)
+        turns = [float(each.split("(")[1].split()[0]) for each in one.page.locator("#sheet polygon").evaluate_all(
+            "all => all.map((each) => each.getAttribute('transform'))")]
+        kind, size = words.split()[:2]
+        gap = 5e-6 * float(size) * (1 if kind == "gap" else -1)
+        axes = [[section.tooth_axis(wheel, section.start + section.phase * section.geometry.base_pitch)
+                 for wheel in (0, 1)] for section in (drawn, now)]
+        for wheel, turn in enumerate(turns):  # down is up in a picture
+            whole = math.tau / design.teeth[wheel]
+            expected = axes[0][wheel] - axes[1][wheel] - wheel * gap / (design.geometry.base_diameter[1] / 2)
+            assert abs(math.remainder(math.radians(turn) - expected, whole)) < 1e-5
+    one.page.emulate_media(reduced_motion="no-preference")
+    button.click()
+    sync_api.expect(button).to_contain_text("pause")
+    before = one.page.locator("#sheet polygon").first.get_attribute("transform")
+    wait_until(lambda: one.page.locator("#sheet polygon").first.get_attribute("transform") != before)
+    button.click()
+    sync_api.expect(button).to_have_attribute("aria-pressed", "false")
 
 
 def test_the_best_relief_is_found_and_taken(example):

@@ -23,6 +23,8 @@ from gearchaos.explorer.features.drawing.form import form, marks
 from gearchaos.explorer.features.drawing.panel import Sheet, sheet_text, teeth
 from gearchaos.explorer.features.drawing.relief import best_relief, relief_text
 from gearchaos.explorer.features.drawing.speeds import Factors, factors, factors_text
+from gearchaos.explorer.features.drawing.turning import gaps, turning_teeth
+from gearchaos.explorer.features.motion.point import point_motion
 from gearchaos.explorer.features.train.scheme import scheme
 from gearchaos.explorer.web.messages import render
 from gearchaos.explorer.web.page import Page
@@ -287,6 +289,18 @@ def test_the_teeth_are_drawn_to_scale_and_the_path_of_contact_has_its_length():
         ends = math.dist(point, picture.path[:2]), math.dist(point, picture.path[2:])
         assert sum(ends) == pytest.approx(length, abs=2e-3)
     assert len(picture.contacts) == 2  # amid the time in which two pairs are in contact
+
+
+def test_teeth_turn_with_the_gap_of_the_motion_and_as_much_backlash_as_there_is_room_for():
+    design = DRAWING.reading.design
+    found = turning_teeth(design)
+    assert found["enlarged"] == 5 and 5 * 0.15 <= 0.2 * found["pitch"] < 10 * 0.15
+    assert found["bases"] == [500 * diameter for diameter in design.geometry.base_diameter]
+    *_, motion = point_motion(DRAWING.reading.view.moved(3136.0, 60.0).point)  # separates
+    sent, contact = gaps(motion.trajectory, motion.verdict.period, 75e-6), motion.trajectory["contact"].values[:64]
+    assert sent["samples"] == len(sent["gaps"]) == 64 and 0 < max(sent["gaps"]) < 75
+    assert [gap > 0 for gap in sent["gaps"]] == (contact == 0).tolist() and not contact.all()
+    assert len(gaps(motion.trajectory, None, 75e-6)["gaps"]) == 8 * 64
 
 
 def test_another_drawing_keeps_the_point_and_the_map_but_not_another_torque_or_range():

@@ -28,6 +28,7 @@ from gearchaos.explorer.features.drawing.form import marks
 from gearchaos.explorer.features.drawing.panel import CYCLES, CycleFigure, Sheet, sheet_text
 from gearchaos.explorer.features.drawing.relief import Best, relief_text
 from gearchaos.explorer.features.drawing.speeds import Factors, FactorsFigure, factors_text
+from gearchaos.explorer.features.drawing.turning import gaps, turning_teeth
 from gearchaos.explorer.features.knock.job import KnockedMotion
 from gearchaos.explorer.features.knock.panel import KnockFigure, knock_text
 from gearchaos.explorer.features.map.job import Map
@@ -43,6 +44,7 @@ from gearchaos.explorer.features.tolerances.panel import CloudFigure, cloud_text
 from gearchaos.explorer.web.form import GEARS, NUMBER, Menu, field_values, parameter_form, plane_menus, whose
 from gearchaos.explorer.web.messages import Messages
 from gearchaos.gears.design.gear_design import GearDesign
+from gearchaos.gears.operation.operating import pair_of
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.model import PARAMETER_PAIRS
 from gearchaos.studies.speeds.assess import Assessment
@@ -135,6 +137,8 @@ class Page:
             for each in self.cycles:
                 each.show(self._sheet)
             self._write("relief")
+            with suppress(InputError):  # without a backlash
+                self.messages.set_values({"teeth": json.dumps(turning_teeth(design))})
         self._write("sheet", "features/drawing/sheet", text=self._sheet and sheet_text(self._sheet),
                     needed=reading.needed, errors=reading.errors)
 
@@ -221,6 +225,7 @@ class Page:
                 self.spectrum.show(trajectory, shown["z_dot"], units, wheels)
                 self.history.show(shown, tau, period, units)
                 self.phase.show(shown, units, wheels)
+                self._show_turning(found)
                 if self.force is not None and view.gears is not None:
                     self.force.show(shown, tau, period, units, wheels)
                 elif self.force is not None:
@@ -230,8 +235,15 @@ class Page:
                 if figure is not None:
                     figure.clear()
             self._trajectory_key = self._portrait_key = None
+            self.messages.set_values({"gaps": "null"})
         text = motion.verdict_text(found, view, units)
         self._write("verdict", "features/motion/verdict", found=found, v=found.verdict, text=text, hints=motion.HINTS)
+
+    def _show_turning(self, found: PointMotion) -> None:
+        """Have the teeth of a drawing turn with a motion, which has a trajectory."""
+        if self.opened.drawing is not None and self.view.gears is not None and found.trajectory is not None:
+            turned = gaps(found.trajectory, found.verdict.period, pair_of(self.view.gears).half_backlash)
+            self.messages.set_values({"gaps": json.dumps(turned)})
 
     def show_diagram(self, found: xr.Dataset) -> None:
         """Draw the bifurcation diagram."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from gearchaos.explorer.core.form_words import in_form_words
 from gearchaos.explorer.core.opened import address_of
 from gearchaos.explorer.core.style import FIRST_DATA, Panel, SetAttributes
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.design.transverse_section import transverse_section
+from gearchaos.gears.design.transverse_section import TransverseSection, transverse_section
 from gearchaos.gears.io.units import measured
 from gearchaos.gears.operation.loaded_error import loaded_error
 from gearchaos.plot.theme import INK
@@ -79,11 +80,11 @@ class CycleFigure(Panel):
             self.figure.add_glyph(source, Line(x="x", y="y", line_color=colour, line_width=1.6, line_dash=dash))
 
     def show(self, sheet: Sheet) -> None:
-        for source, each in ((self.now, sheet.now), (self.kept, sheet.before)):
-            curve = None if each is None else each.curves.get(self.name)
-            data = FIRST_DATA if curve is None else {
-                "x": _POSITIONS.astype(np.float32), "y": curve.astype(np.float32)}
-            self._set(source, data=data)
+        curves = [None if each is None else each.curves.get(self.name) for each in (sheet.now, sheet.before)]
+        point = next((curve[:1] for curve in curves if curve is not None), np.ones(1))  # which a line does not show
+        for source, curve in zip((self.now, self.kept), curves, strict=True):
+            y = point if curve is None else curve
+            self._set(source, data={"x": _POSITIONS[: len(y)].astype(np.float32), "y": y.astype(np.float32)})
         self._label("fraction of the mesh period", self.label)
 
 
@@ -99,17 +100,28 @@ class Teeth(NamedTuple):
 
 def teeth(design: GearDesign) -> Teeth:
     """The teeth of a design in mesh, in the transverse section, with wheel 1 below."""
-    section = transverse_section(design)
+    section, outlines = section_in_mm(design)
     ends = 1e3 * np.array([section.on_line(section.start), section.on_line(section.end)]) * (1, -1)
     pitch = np.pi * 1e3 * section.geometry.working_diameter[0] / section.geometry.teeth[0]
     (x, y), width, height = ends.mean(axis=0), 4 * pitch, 2.2 * pitch
-    count = range(-_TEETH, _TEETH + 1)
-    outlines = [np.vstack([section.outline(wheel, count, _ROUGH), section.centres[wheel]]) * (1e3, -1e3)
-                for wheel in (0, 1)]
     touching = [1e3 * section.on_line(distance) * (1, -1) for distance in section.contacts]
     return Teeth(f"{x - width / 2:.3f} {y - height / 2:.3f} {width:.3f} {height:.3f}",
-                 [" ".join(f"{a:.3f},{b:.3f}" for a, b in outline) for outline in outlines],
+                 [points(outline) for outline in outlines],
                  tuple(round(v, 3) for v in ends.ravel()), [(round(a, 3), round(b, 3)) for a, b in touching])
+
+
+def section_in_mm(design: GearDesign, backlash: float | None = None) -> tuple[TransverseSection, list[np.ndarray]]:
+    """The section of a design, perhaps with another backlash, m, and the outlines (points, 2) of some teeth of both
+    wheels with their centres, mm. Up is down."""
+    section, count = transverse_section(design), range(-_TEETH, _TEETH + 1)
+    section = section if backlash is None else replace(section, backlash=backlash)
+    return section, [np.vstack([section.outline(wheel, count, _ROUGH), section.centres[wheel]]) * (1e3, -1e3)
+                     for wheel in (0, 1)]
+
+
+def points(outline: np.ndarray) -> str:
+    """An outline as the points of a polygon."""
+    return " ".join(f"{a:.3f},{b:.3f}" for a, b in outline)
 
 
 class Row(NamedTuple):

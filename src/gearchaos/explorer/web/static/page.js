@@ -66,6 +66,7 @@ updates.properties.data.change.connect(() => {
   }
   const values = Object.fromEntries(entries(updates.data.values[0]))
   if (values.drawing) show_drawing(JSON.parse(values.drawing))
+  show_turning(values)
   show_values(values)
 })
 
