@@ -26,14 +26,14 @@ _DIRECTIONS = (0, -90, 90, -45, 45, 180, -135, 135)  # of the next body, degrees
 _APART = 0.12  # least distance of circles that do not touch, over the mean radius of wheels
 _EVEN = 0.5  # power of the radii by which circles grow where there are no planets
 _FLAT = 1.3  # how much more a picture should be wide than high
-_RIM = 0.07  # thickness of a ring over its radius
+RIM = 0.07  # thickness of a ring over its radius
 _MARGIN = 0.05
 _LINE_HEIGHT, _CHARACTER = 1.2, 0.55  # height and mean width of text over the size of the font
 _SMALLEST = 4.5  # size of the font in points of what is written into a wheel
 _FLANKS = ((-1, "#d18f00", "back flanks"), (0, "#f2f2f2", "apart"), (1, INK, "front flanks"))
 
 
-class _Scheme:
+class Scheme:
     """Where the bodies of a train are drawn: wheels that mesh touch, those on a shaft stand beside each other."""
 
     def __init__(self, train: Train) -> None:
@@ -171,7 +171,7 @@ def train(train: Train, ax: Axes | None = None) -> Axes:
     """
     if not isinstance(train, Train):
         raise InputError("train", "must be a Train", f"a {type(train).__name__}")
-    ax, scheme = new_axes(ax), _Scheme(train)
+    ax, scheme = new_axes(ax), Scheme(train)
     ax.set_axis_off()
     ax.set_aspect("equal")
     low, high = scheme.limits()
@@ -207,7 +207,7 @@ def train(train: Train, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _draw_body(ax: Axes, scheme: _Scheme, body: Body, scale: float) -> None:
+def _draw_body(ax: Axes, scheme: Scheme, body: Body, scale: float) -> None:
     """Its wheels, or the arms of a carrier, the sense of rotation, and what is written; ``scale`` in points for a m."""
     centre, radius, ring = scheme.centres[body.name], scheme.radius(body.name), scheme.ring(body.name)
     planets = [scheme.centres[other.name] for other in scheme.train.bodies if other.carrier == body.name]
@@ -218,7 +218,7 @@ def _draw_body(ax: Axes, scheme: _Scheme, body: Body, scale: float) -> None:
         reach = math.dist(centre, planets[0])
         ax.add_patch(Circle(centre, reach, fill=False, edgecolor=adapt("0.7"), linewidth=4, zorder=0.6))
     elif ring:
-        ax.add_patch(Annulus(centre, radius * (1 + _RIM), radius * _RIM, facecolor=adapt(_STEEL), **style))
+        ax.add_patch(Annulus(centre, radius * (1 + RIM), radius * RIM, facecolor=adapt(_STEEL), **style))
     else:
         for n, own in enumerate(sorted(scheme.radii[body.name], reverse=True) or [radius]):
             ax.add_patch(Circle(centre, own, facecolor=adapt(_SHADE if n else _STEEL), **{
@@ -227,11 +227,11 @@ def _draw_body(ax: Axes, scheme: _Scheme, body: Body, scale: float) -> None:
     turns = f"{abs(speed):{'.0f' if abs(speed) >= 1000 else '.4g'}} rpm"
     lines = [line for line in (body.name, scheme.teeth(body.name), turns if speed else "held") if line]
     if planets or ring:
-        at, side = scheme.extent(body.name) * (1 + 1.6 * _RIM), 1 if ring else -1
+        at, side = scheme.extent(body.name) * (1 + 1.6 * RIM), 1 if ring else -1
         place = centre[0] + side * at * math.sqrt(0.5), centre[1] + at * math.sqrt(0.5)
         ax.text(*place, "\n".join(lines), ha="left" if side > 0 else "right", va="bottom", fontsize=_size_beside(),
                 color=adapt("black"), linespacing=1.0)
-        arc = reach if planets else radius * (1 + _RIM / 2)
+        arc = reach if planets else radius * (1 + RIM / 2)
     else:
         arc = 0.86 * radius
         wide, high = 1.4 * radius / (_CHARACTER * max(map(len, lines))), 1.15 * radius / (_LINE_HEIGHT * len(lines))
@@ -255,7 +255,7 @@ def _size_beside() -> float:
     return 0.8 * float(rcParams["font.size"])
 
 
-def _towards(scheme: _Scheme, a: str, b: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _towards(scheme: Scheme, a: str, b: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The centres of two bodies, and the direction from the first to the second."""
     one, other = (np.array(scheme.centres[name]) for name in (a, b))
     length = float(np.linalg.norm(other - one))

@@ -25,7 +25,6 @@ from gearchaos.explorer.features.drawing.relief import best_relief, relief_text
 from gearchaos.explorer.features.drawing.speeds import Factors, factors, factors_text
 from gearchaos.explorer.features.drawing.turning import gaps, turning_teeth
 from gearchaos.explorer.features.motion.point import point_motion
-from gearchaos.explorer.features.train.scheme import scheme
 from gearchaos.explorer.web.messages import render
 from gearchaos.explorer.web.page import Page
 from gearchaos.explorer.web.start import _page
@@ -430,16 +429,6 @@ def test_nothing_is_computed_before_a_drawing_is_complete():
     page.messages.act("draw", list(DRAWING.texts))
     assert [sorted(worker.jobs) for worker in workers[:2]] == [[FACTORS, "motion"], ["map"]]
     assert workers.quick.asked == ["motion", FACTORS] and page.view.gears == DRAWING.reading.design
-
-
-def test_a_train_is_shown_as_a_scheme_with_all_its_parts():
-    train = load_study(EXAMPLES / "train_two_stage.toml").gears
-    found = scheme(train)
-    words = " ".join(f"{kind} {text}" for kind, text in found.parts)
-    for name in ("body motor", "body drum", "shaft wheel-pinion", "mesh second: 20/50"):
-        assert name in words
-    html = render("features/train/scheme.html.j2", scheme=found)
-    assert html.count("<svg") == 1 and "20/50 teeth" in html and scheme(train) is found
 
 
 def test_all_that_the_start_page_offers_can_be_opened():

@@ -70,7 +70,7 @@ class Messages:
         self._requests.on_change("data", self._on_request)
         self._sources = {"page_state": self._page_state, "updates": self._updates, "download": self._download,
                          "run_up": self._run_up, "requests": self._requests}
-        code = "".join(asset(f"web/static/{name}") for name in ("page.js", "play.js", "turn.js"))
+        code = "".join(asset(f"web/static/{name}") for name in ("page.js", "play.js", "turn.js", "train.js"))
         self._script = CustomJS(args=self._sources, code=code)
         self._models: dict[str, dict[str, Any]] = {}
         self._html = dict.fromkeys(ELEMENTS, "")

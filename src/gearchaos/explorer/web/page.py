@@ -41,6 +41,7 @@ from gearchaos.explorer.features.runup.job import RunUpResult
 from gearchaos.explorer.features.runup.panel import RunFigure, WaterfallFigure, played, run_up_text
 from gearchaos.explorer.features.tolerances.job import Cloud
 from gearchaos.explorer.features.tolerances.panel import CloudFigure, cloud_text
+from gearchaos.explorer.features.train.scheme import mesh_verdicts
 from gearchaos.explorer.web.form import GEARS, NUMBER, Menu, field_values, parameter_form, plane_menus, whose
 from gearchaos.explorer.web.messages import Messages
 from gearchaos.gears.design.gear_design import GearDesign
@@ -237,6 +238,7 @@ class Page:
             self._trajectory_key = self._portrait_key = None
             self.messages.set_values({"gaps": "null"})
         text = motion.verdict_text(found, view, units)
+        self.messages.set_values({"verdicts": json.dumps(mesh_verdicts(text.meshes))})
         self._write("verdict", "features/motion/verdict", found=found, v=found.verdict, text=text, hints=motion.HINTS)
 
     def _show_turning(self, found: PointMotion) -> None:

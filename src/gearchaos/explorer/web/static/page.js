@@ -67,6 +67,7 @@ updates.properties.data.change.connect(() => {
   const values = Object.fromEntries(entries(updates.data.values[0]))
   if (values.drawing) show_drawing(JSON.parse(values.drawing))
   show_turning(values)
+  if (values.verdicts && scheme) show_verdicts(JSON.parse(values.verdicts))
   show_values(values)
 })
 
