@@ -398,7 +398,10 @@ def test_a_second_press_cancels_a_third_asks_anew_and_what_comes_from_the_first_
     assert pressed.job is None and pressed.clears() == 2
 
 
-def test_a_refusal_is_a_message_and_ends_the_wait(pressed):
+@pytest.mark.parametrize("part", [False, True])
+def test_a_refusal_is_a_message_and_ends_the_wait(pressed, part):
+    if part:
+        pressed.job.show(Part(FOUND[pressed.task], "the rest"))
     pressed.job.end("torque must be positive")
     name = TASKS.get(pressed.task, pressed.task)
     assert pressed.display.shown["show_message"][-1] == (f"{name}: torque must be positive",)

@@ -242,15 +242,17 @@ def test_ranges_to_avoid_of_both_drawings_lie_one_above_the_other_once_each_was_
     page.show_factors(found)
     assert "To avoid" not in page.messages._html["speeds-text"]
     kept = page.compared[1]
-    for view, ranges in ((first.start, [(1200.0, 1300.0, True)]), (kept, [(1500.0, 1600.0, False)])):
+    for view, ranges, change in ((first.start, [(1200.0, 1300.0, True)], ""),
+                                 (kept, [(1500.0, 1600.0, False)], "a reversal")):
         windows = [window(start, stop, operation) for start, stop, operation in ranges]
-        page._assessed.append((SpeedLine(view), SimpleNamespace(avoid=[(60.0, each) for each in windows])))
+        page._assessed.append((SpeedLine(view), SimpleNamespace(
+            avoid=[(60.0, each) for each in windows], at=[SimpleNamespace(load_change=change)])))
         page.show_factors(found)
     bars, striped = put[page.along.avoided.id]["data"], put[page.along.striped.id]["data"]
     assert (bars["x0"], bars["x1"]) == ([1200.0, 1500.0], [1300.0, 1600.0]) and bars["y"][0] > bars["y"][1]
     assert striped["x0"] == [1500.0] and max(bars["y"]) < 1.0  # below the curves
     words = page.messages._html["speeds-text"]
-    assert "this one 1200 to 1300 rpm; the kept one 1500 to 1600 rpm" in words
+    assert "one 1200 to 1300 rpm in operation, load changes left out; the kept one 1500 to 1600 rpm." in words
     for other in (page.view.moved(2000.0, 45.0), replace(page.view, change="none")):  # also without load changes
         page.view = other
         page.show_factors(found)

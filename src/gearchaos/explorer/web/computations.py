@@ -404,7 +404,8 @@ class Computations:
         if message:
             self._display.show_message(f"{task}: {message}")
         self._progress.pop(task, None)
-        self._lacks.pop(task, None)
+        if self._lacks.pop(task, None) and message:
+            setattr(self, _RESULTS[task], None)
         if task in _BUTTONS:
             self._display.show_progress(_BUTTONS[task], "")
         if task in self._clear_display and getattr(self, _RESULTS[task]) is None:

@@ -115,4 +115,5 @@ def _largest(speeds: np.ndarray, factor: np.ndarray) -> str:
 def _avoided(found: Assessment | None) -> str:
     if found is None:
         return "not assessed at this torque"
-    return ", ".join(window.words for _, window in found.avoid) or "nothing found"
+    alone = " in operation, load changes left out" * (not found.at[0].load_change)
+    return f"{', '.join(window.words for _, window in found.avoid) or 'nothing found'}{alone}"
