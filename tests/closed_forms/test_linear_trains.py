@@ -1,6 +1,7 @@
 """Trains whose meshes stay in contact: natural modes and forced motions of linear systems, in closed form."""
 
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -39,6 +40,38 @@ def test_the_modes_of_an_idler_between_equal_wheels():
     assert np.isnan(found.damping_ratio[0])
     assert found.strain_energy == pytest.approx(np.array([[0, 0], [0.5, 0.5], [0.5, 0.5]]), abs=1e-12)
     assert found.kinetic_energy[2] == pytest.approx([1 / 6, 2 / 3, 1 / 6], rel=1e-12)
+
+
+def on_a_shaft(**values: Any) -> gc.Train:
+    """Two wheels of a stiff and well damped mesh, and a load on a soft shaft."""
+    bodies = [gc.Body(name=n, inertia=i, torque=t) for n, i, t in (("a", 1e-3, 1.0), ("b", 1e-3, 0.0), ("c", 1, -1.0))]
+    return gc.Train(speed=100.0, bodies=bodies, meshes=[mesh("a", "b", 20, 20, damping=2e3)],
+                    shafts=[gc.Shaft(between=("b", "c"), **{"stiffness": 1e3, **values})])
+
+
+def test_a_mode_that_hardly_decays_is_named_with_the_damping_that_it_lacks():
+    (words,) = on_a_shaft().warnings
+    hertz, damping = map(float, re.search(r"of ([\d.]+) Hz .*= '([\d.]+) N\*m\*s/rad'", words).groups())
+    joined = 1 / (1 / 2e-3 + 1 / 1)  # both wheels as one body against the load
+    assert hertz == pytest.approx(math.sqrt(1e3 / joined) / (2 * math.pi), rel=1e-2)
+    assert damping == pytest.approx(2 * 0.01 * math.sqrt(1e3 * joined), rel=0.03)
+    assert "in a 5" in words and "b 5" in words and "strain energy in b-c" in words
+    weak, usual = (on_a_shaft(damping=damping * share) for share in (0.04, 0.06))  # the limit is 0.0005
+    assert len(weak.warnings) == 1 and not usual.warnings
+    assert modes(on_a_shaft(damping=damping)).damping_ratio[1] == pytest.approx(0.01, rel=0.03)
+
+
+def test_of_stops_without_a_spring_their_own_damping_is_named():
+    (words,) = on_a_shaft(stiffness=0.0, stop=0.01, stop_stiffness=1e3).warnings
+    assert "in b-c, where stop_damping = " in words
+
+
+def test_modes_of_one_frequency_that_hardly_decay_are_named_once():
+    *first, more = planetary(3).warnings
+    found = modes(planetary(3)).frequency
+    distinct = np.unique((found[found > 0] / (2 * np.pi)).round(2))
+    assert len(first) == 3 and more.startswith(f"So do {len(distinct) - 3} more modes") and len(distinct) < found.size
+    assert "N*s/m' makes" in first[0]
 
 
 def planetary(count: int) -> gc.Train:
@@ -234,6 +267,7 @@ def test_a_train_in_permanent_contact_moves_as_its_frequency_response_says(law):
     assert found.section_deflection_rate.values[0] * units.length * units.rate == pytest.approx(rate, rel=1e-10)
 
 
+@pytest.mark.filterwarnings("ignore:The mode of .* is hardly damped")
 def test_the_coordinate_of_a_support_is_named_by_its_axis():
     """The meshes of two driven wheels on opposite sides say how far the wheel between them turns, and moves along x."""
     bodies = [gc.Body(name="a", motion=[]), gc.Body(name="c", motion=[]),

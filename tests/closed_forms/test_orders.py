@@ -255,7 +255,8 @@ def test_gears_of_another_backlash_are_compared_in_one_unit():
 CLUTCHED = gc.Train(
     speed=3000.0, meshes=TRAIN.meshes, bodies=[TRAIN.bodies[0], gc.Body(name="wheel", inertia=3.2e-3),
                                                gc.Body(name="drum", inertia=0.1, torque=-136.0)],
-    shafts=[gc.Shaft(name="clutch", between=("wheel", "drum"), stiffness=1e5, stop=0.1, stop_stiffness=1e6)])
+    shafts=[gc.Shaft(name="clutch", between=("wheel", "drum"), stiffness=1e5, damping=1.0, stop=0.1,
+                     stop_stiffness=1e6)])
 
 
 @pytest.mark.parametrize(("gears", "options", "words"), [

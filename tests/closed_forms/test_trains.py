@@ -109,6 +109,7 @@ def test_the_exponents_of_a_train_sum_to_its_mean_trace():
     assert verdict.contact != "permanent" and verdict.trace_error < 1e-9
 
 
+@pytest.mark.filterwarnings("ignore:The mode of .* is hardly damped")
 def test_the_momentum_of_an_undamped_free_train_stays_as_it_is():
     """Without damping and excitation the energy after many impacts is that of the start."""
     bodies = [gc.Body(name="a", inertia=1e-3), gc.Body(name="b", inertia=2e-3)]

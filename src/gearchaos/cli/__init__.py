@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from gearchaos.cli import completion, process
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import warn
 from gearchaos.cli.interrupts import ended_by_signals
 from gearchaos.cli.options import app
 from gearchaos.errors import InputError
@@ -28,7 +28,7 @@ def main() -> None:
     process.collect_garbage(imported=False)  # until `process.load_kernels` has imported Numba
     if sys.stdout is not None:  # it may be closed
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
-    warnings.showwarning = lambda text, *_: say(f"warning: {text}")  # without the line of the program it comes from
+    warnings.showwarning = lambda text, *_: warn(str(text))  # without the line of the program it comes from
     completion.join_words()
     with ended_by_signals():
         app(prog_name="gearchaos")

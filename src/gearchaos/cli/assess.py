@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import textwrap
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,6 @@ import typer
 
 from gearchaos.cli.avoided import (
     REVERSED,
-    WIDTH,
     Factor,
     LoadChange,
     RootStress,
@@ -22,7 +20,7 @@ from gearchaos.cli.avoided import (
     print_avoided,
     say_lines,
 )
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import say, warn
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import TORQUES, Json, Plot, Sets, app, operating_point, read_study
 from gearchaos.cli.output import (
@@ -154,7 +152,7 @@ def _described(
     design = load_design(path, parse_set(sets or []))
     ends = [design] if torques is None else [design.at(torque=each) for each in {min(torques): 0, max(torques): 0}]
     for text in dict.fromkeys(text for each in ends for text in each.with_like_teeth().warnings):
-        say(textwrap.fill(f"warning: {text}", WIDTH, subsequent_indent="  ", break_on_hyphens=False))
+        warn(text)
     return design, settings
 
 

@@ -92,3 +92,8 @@ def say(message: str) -> None:
     """Print a message for the user on stderr, unless that is closed; stdout is for results."""
     if sys.stderr is not None:  # otherwise print would use stdout
         print(message, file=sys.stderr, flush=True)
+
+
+def warn(text: str) -> None:
+    """Print a warning on stderr, in lines of 80 columns."""
+    say(textwrap.fill(f"warning: {text}", 80, subsequent_indent="  ", break_on_hyphens=False))

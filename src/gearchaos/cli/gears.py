@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gearchaos.cli.avoided import REVERSED, Factor, LoadChange, RootStress, Wide, criteria, states_after
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import warn
 from gearchaos.cli.options import TORQUES, Json, Out, Plot, Refine, Sets, StartsPerCell, StatesAfter, app, given, load
 from gearchaos.cli.output import PLOT_SUFFIXES, check_files, check_output, draw, print_json, save, say_written
 from gearchaos.cli.process import load_kernels
@@ -99,7 +99,7 @@ def gear(
         draw(answers[0].speeds.dataset, plot)
     if json_out:
         for text in dict.fromkeys(t for each in answers for t in each.notes if t in each.design.warnings):
-            say(f"warning: {text}")
+            warn(text)
         documents = [each.document() for each in answers]
         print_json(documents[0] if len(documents) == 1 else {"torques": documents})
     else:

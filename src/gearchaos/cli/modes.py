@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import warn
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import Json, Sets, app
 from gearchaos.cli.output import (
@@ -52,7 +52,7 @@ def modes(
         raise InputError("study file", "must have a table [design], [gearpair] or [train]", str(gears),
                          "A dimensionless model has no frequencies in Hz.")
     for text in found.warnings:
-        say(f"warning: {text}")
+        warn(text)
     dataset = natural_frequencies(found)
     save(dataset, out)
     draw(dataset, plot)

@@ -14,7 +14,7 @@ import typer
 
 from gearchaos import catalogue
 from gearchaos.cli import completion
-from gearchaos.cli.errors import Commands, say
+from gearchaos.cli.errors import Commands, say, warn
 from gearchaos.cli.process import load_kernels
 from gearchaos.errors import InputError
 from gearchaos.formats import help_words
@@ -120,7 +120,7 @@ def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] 
 
     loaded = load_study(study, parse_set(sets or []), axes=axes)
     for text in loaded.warnings:
-        say(f"warning: {text}")
+        warn(text)
     if words := loaded.model.in_words:
         say(textwrap.fill(words, 80, subsequent_indent="  ", break_on_hyphens=False))
     return loaded
@@ -150,7 +150,7 @@ def parse_axes(texts: list[str] | None, counts: Sequence[int | None] = ()) -> li
         count = counts[min(number, len(counts) - 1)] if counts else None
         found.append(parse_axis(text, "--axis") if count is None else as_range(text, "--axis", count))
         if count == RANGE and text.count(":") > 1:
-            say(f"warning: the number of values in {text} has no effect: points are as close as the curve needs them")
+            warn(f"the number of values in {text} has no effect: points are as close as the curve needs them")
     return found
 
 

@@ -26,6 +26,16 @@ def test_the_first_line_is_the_answer_and_the_train_is_described_before_the_work
     assert max(map(len, [*apart, *result.stdout.splitlines(), *result.stderr.splitlines()])) <= 80
 
 
+@pytest.mark.parametrize("command", [
+    "modes {}", "simulate {} --periods 1", "rattle {} --axis loose.torque=-0.3:-0.2:2"])
+def test_a_mode_without_damping_is_named_before_the_work(tmp_path, command):
+    path = tmp_path / "undamped.toml"
+    path.write_text(LOOSE.read_text().replace('damping = "60 N*s/m"', 'damping = "0.06 N*s/m"'))
+    said = ask(*command.format(path).split()).stderr.splitlines()
+    assert said[0].startswith("warning: The mode of 4530 Hz is hardly damped, ratio 4.3e-06")
+    assert max(map(len, said)) <= 80
+
+
 def test_mesh_cycles_in_the_common_period_are_said():
     stages = ask("simulate", EXAMPLES / "train_two_stage.toml", "--periods", 1)
     assert "2 ms = 2 mesh cycles of first, 1 mesh cycle of second" in " ".join(stages.stderr.split())

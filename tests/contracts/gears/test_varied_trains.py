@@ -91,7 +91,7 @@ def mesh(*between: str) -> gc.Mesh:
 def two_wheels(**shaft: float) -> gc.Train:
     bodies = [gc.Body(name=name, inertia=1e-3) for name in ("a", "b", "c")]
     return gc.Train(speed=600, bodies=bodies, meshes=[mesh("a", "b")], shafts=[gc.Shaft(
-        between=("b", "c"), **{"stop": 0.01, "stop_stiffness": 1e3, **shaft})])
+        between=("b", "c"), **{"stop": 0.01, "stop_stiffness": 1e3, "stop_damping": 0.1, **shaft})])
 
 
 @pytest.mark.parametrize(("name", "rule"), [
@@ -100,7 +100,7 @@ def two_wheels(**shaft: float) -> gc.Train:
 def test_what_would_have_no_effect_or_half_of_it_cannot_be_varied(name, rule):
     with pytest.raises(InputError, match=re.escape(rule)):
         vary(as_model(two_wheels()), {name: [1.0, 2.0]})
-    assert vary(as_model(two_wheels(stiffness=1e3)), {"b-c.damping": [0.0, 1.0]}).size == 2
+    assert vary(as_model(two_wheels(stiffness=1e3, damping=0.1)), {"b-c.damping": [0.0, 1.0]}).size == 2
 
 
 TABLE = {"speed": ["200 rpm", "600 rpm", "1000 rpm"], "torque": ["-0.05 N*m", "-0.1 N*m", "-0.3 N*m"]}

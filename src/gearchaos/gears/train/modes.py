@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from gearchaos.gears.train.structure import as_given, mean_stiffness, structure
-from gearchaos.gears.train.train import Train
+from gearchaos.gears.train.structure import Train, as_given, mean_stiffness, structure
+
+_HARDLY, _USUAL = 5e-4, 0.01
+"""Damping ratio below which a mode is hardly damped, less than that of any steel structure with joints, and a usual one
+of shafts in bearings."""
+
+_NAMED = 3  # modes that are hardly damped, those with least damping
+_BODIES = 2  # named of each
 
 
 @dataclass(frozen=True)
@@ -20,6 +27,7 @@ class Modes:
     displacement: np.ndarray  # (M, bodies, 2) m, of centres
     kinetic_energy: np.ndarray  # (M, bodies) share
     elements: tuple[str, ...]  # names of meshes, shafts and supports
+    stiffness: np.ndarray  # (elements,) N/m, of shafts N m/rad
     deflection: np.ndarray  # (M, elements) m, of shafts rad; of a support that of its first axis
     strain_energy: np.ndarray  # (M, elements) share, 0 without deflection
 
@@ -56,6 +64,29 @@ def modes(train: Train) -> Modes:
     forward = np.where(angle[np.arange(len(angle)), largest] < 0, -1.0, 1.0)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(rigid, np.nan, np.einsum("mi,ij,mj->m", shapes, damping, shapes) / (2 * frequency))
-    return Modes(frequency, ratio, forward * angle, forward[:, :, None] * displacement, kinetic, names,
+    return Modes(frequency, ratio, forward * angle, forward[:, :, None] * displacement, kinetic, names, k[first],
                  forward * deflection[:, first],
                  np.stack([energy[:, of == i].sum(axis=1) for i in range(len(names))], axis=1))
+
+
+def hardly_damped(train: Train) -> Iterator[str]:
+    """A sentence on each mode that hardly decays, but one for those of the same frequency: which it is, and the damping
+    by which it would. Motions in which it is excited may take long, and stay undecided."""
+    found, shafts = modes(train), {shaft.name: shaft for shaft in train.shafts}
+    weak = np.flatnonzero((found.frequency > 0) & (found.damping_ratio < _HARDLY))
+    weak = weak[np.unique(found.frequency[weak].round(6), return_index=True)[1]]
+    weak = weak[np.argsort(found.damping_ratio[weak], kind="stable")]
+    for m in weak[:_NAMED].tolist():
+        frequency, ratio = float(found.frequency[m]), round(float(found.damping_ratio[m]), 12)
+        moved = ", ".join(f"{train.bodies[b].name} {100 * found.kinetic_energy[m, b]:.0f} %"
+                          for b in np.argsort(-found.kinetic_energy[m])[:_BODIES])
+        e = int(found.strain_energy[m].argmax())
+        name, share = found.elements[e], float(found.strain_energy[m, e])
+        field = "damping" if name not in shafts or shafts[name].stiffness else "stop_damping"
+        needed = 2 * _USUAL * float(found.stiffness[e]) / (frequency * share)
+        yield (f"The mode of {frequency / (2 * np.pi):.4g} Hz is hardly damped, ratio {ratio:.2g}: motions may take "
+               f"long to compute and stay undecided. Its kinetic energy is in {moved}, {100 * share:.0f} % of its "
+               f"strain energy in {name}, where {field} = '{float(f'{needed:.2g}'):g} N*"
+               f"{'m*s/rad' if name in shafts else 's/m'}' makes a ratio of {_USUAL:g}.")
+    if len(weak) > _NAMED:
+        yield f"So do {len(weak) - _NAMED} more modes: gearchaos modes lists all."

@@ -18,6 +18,7 @@ from gearchaos.gears.io.fields import convert_fields, name_of, number, one, read
 from gearchaos.gears.mesh.pair import GearPair, Scales
 from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
 from gearchaos.gears.train.mesh import Mesh
+from gearchaos.gears.train.modes import hardly_damped
 from gearchaos.gears.train.parts import GROUND, Body, Shaft, Units, field_of, parts
 from gearchaos.gears.train.period import LARGEST_TOLERANCE, common, followed_orders
 from gearchaos.gears.train.ratios import steady_ratios
@@ -363,5 +364,5 @@ class Train(Damped, HasCard):
                   for mesh in self.meshes if isinstance(mesh.stiffness, SeriesStiffness)}
         found |= {f"The backlash of {mesh.name} is {mesh.backlash * 1e3:.4g} mm, unusually large: a plain number is in "
                   "m.": mesh.backlash > 5e-3 for mesh in self.meshes}
-        return tuple(text for text, holds in found.items() if holds)
+        return (*hardly_damped(self), *(text for text, holds in found.items() if holds))
 

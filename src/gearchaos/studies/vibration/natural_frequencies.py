@@ -11,7 +11,7 @@ from gearchaos.datasets import new_dataset, provenance, variable
 from gearchaos.errors import InputError
 from gearchaos.gears.io.units import RPM
 from gearchaos.gears.mesh.pair import GearPair
-from gearchaos.gears.operation.operating import as_model, is_design
+from gearchaos.gears.operation.operating import is_design, model_of_gears
 from gearchaos.gears.train.modes import modes
 from gearchaos.gears.train.train import Train
 
@@ -84,4 +84,4 @@ def natural_frequencies(gears: Train | GearDesign | GearPair) -> xr.Dataset:
     coords = {"mode": np.arange(1, len(found.frequency) + 1), "body": [body.name for body in train.bodies],
               "element": list(found.elements), "excitation": list(orders)}
     return new_dataset(data, {n: variable(n, (n,), np.asarray(v)) for n, v in coords.items()},
-                       provenance("natural_frequencies", as_model(gears)))
+                       provenance("natural_frequencies", model_of_gears(gears)))
