@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -26,11 +26,18 @@ if TYPE_CHECKING:
 
 _SAID = 3  # springs that are named, those with most of the energy of a mode
 _LEAST = 0.05  # share of the energy of a spring that is named
+_HARMONICS = 3  # of a mesh frequency whose speeds are told
+_NEAR = 0.1  # of a single speed, relative
 
 
 @app.command(rich_help_panel="Gears")
 def modes(
     gears: GearsPath, sets: Sets = None,
+    speed: Annotated[
+        str | None,
+        typer.Option("--speed", metavar="A:B|A", help="Only what meets modes within these speeds of the first body, "
+                     "rpm, or within 10 % of one."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", readable=False, help="Modes: .nc or .csv."),
     ] = None,
@@ -42,6 +49,7 @@ def modes(
 ) -> None:
     """Show the natural frequencies of gears in contact, where their energy is, and at which speeds meshes meet them."""
     check_files(out, plot)
+    limits = None if speed is None else _limits(speed)
     from gearchaos.model import MeshModel
     from gearchaos.studies.vibration.natural_frequencies import natural_frequencies
     from gearchaos.studyfile import open as open_file
@@ -57,15 +65,49 @@ def modes(
     save(dataset, out)
     draw(dataset, plot)
     if json_out:
-        print_json(modes_document(dataset))
-    else:
+        print_json(modes_document(dataset, limits))
+    elif limits is None:
         print_modes(dataset)
+    else:
+        _print_meetings(dataset, limits)
 
 
-def modes_document(dataset: xr.Dataset) -> dict[str, Any]:
+def _limits(text: str) -> tuple[float, float]:
+    """The least and the largest of the speeds of ``--speed``, rpm."""
+    from gearchaos.gears.io.units import SPEED, to_si
+    from gearchaos.quantities import POSITIVE
+    from gearchaos.studies.core.operating_ranges import operating_axis
+
+    if ":" not in text:
+        plain = text.replace(".", "", 1).isdigit()
+        value = to_si("--speed", float(text) if plain else text, SPEED, POSITIVE)
+        return (1 - _NEAR) * value, (1 + _NEAR) * value
+    if text.count(":") > 1:
+        raise InputError("--speed", "must be a speed or a range", text, "E.g. 3000 or 500:4000.")
+    axis = operating_axis("speed", text, "--speed", 2)
+    return axis.start, axis.stop
+
+
+class Meeting(NamedTuple):
+    """A speed of the first body, rpm, at which an excitation or a harmonic of a mesh has a natural frequency."""
+
+    speed: float
+    excitation: str
+    harmonic: int
+    mode: int
+
+
+def _meetings(modes: list[dict[str, Any]]) -> list[Meeting]:
+    """All meetings of modes as in `modes_document`, in the order of speeds."""
+    return sorted(Meeting(speed / n, name, n, number) for number, mode in enumerate(modes, 1)
+                  for name, speed in mode["met_at"].items()
+                  for n in range(1, (_HARMONICS if name.startswith("mesh ") else 1) + 1))
+
+
+def modes_document(dataset: xr.Dataset, limits: tuple[float, float] | None = None) -> dict[str, Any]:
     """The JSON document of modes: of each its frequency, Hz, its damping ratio, None of one that deflects nothing, the
     shares of bodies in the kinetic and of springs in the strain energy, and the speeds of the first body, rpm, at which
-    meshes and other excitations meet it."""
+    meshes and other excitations meet it; with ``limits`` of the speed also each meeting within them."""
     found = []
     for mode in dataset["mode"].values.tolist():
         at = dataset.sel(mode=mode)
@@ -76,34 +118,62 @@ def modes_document(dataset: xr.Dataset) -> dict[str, Any]:
             at["excitation"].values, at["order"].values, strict=True)}
         found.append({"frequency": frequency, "damping_ratio": None if rigid else float(at["damping_ratio"]),
                       "rigid": rigid, "shares": shares, "met_at": {} if rigid else met})
-    return {"speed": float(dataset["speed"]), "first_body": str(dataset["body"].values[0]), "modes": found}
+    within = {} if limits is None else {"speeds": list(limits), "meetings": [
+        each._asdict() for each in _meetings(found) if limits[0] <= each.speed <= limits[1]]}
+    return {"speed": float(dataset["speed"]), "first_body": str(dataset["body"].values[0]), "modes": found, **within}
+
+
+def _energy_in(dataset: xr.Dataset, mode: dict[str, Any]) -> str:
+    """The springs with most of the strain energy of a mode, and their shares."""
+    springs = sorted(dataset["element"].values.tolist(), key=lambda name: -mode["shares"][name])
+    return ", ".join(f"{name} {100 * mode['shares'][name]:.0f} %" for name in springs[:_SAID]
+                     if mode["shares"][name] >= _LEAST)
+
+
+def _excitations(dataset: xr.Dataset) -> dict[str, str]:
+    """What excites a train, one of each order, with its name without the word mesh."""
+    orders = dict(zip(reversed(dataset["order"].values.tolist()), reversed(dataset["excitation"].values.tolist()),
+                      strict=True))
+    return {name: name.removeprefix("mesh ") for name in reversed(orders.values())}
 
 
 def print_modes(dataset: xr.Dataset) -> None:
     """Print the lowest frequency with the speeds at which meshes meet it, and a table of modes with the springs that
     hold most of their energy and the body that moves most."""
     content = modes_document(dataset)
-    orders = dict(zip(dataset["excitation"].values.tolist(), dataset["order"].values.tolist(), strict=True))
-    meshes = dict[float, str]()  # one of each order
-    for name, order in orders.items():
-        if name.startswith("mesh "):
-            meshes.setdefault(order, name.removeprefix("mesh "))
-    elastic = [mode["frequency"] for mode in content["modes"] if not mode["rigid"]]
+    meshes = {name: short for name, short in _excitations(dataset).items() if name.startswith("mesh ")}
+    elastic = [mode for mode in content["modes"] if not mode["rigid"]]
     if not elastic:
         print("no mode deflects anything")
         return
     many = len(meshes) > 1
-    met = [f"{f'that of {name} ' * many}at {60 * elastic[0] / order:.5g} rpm" for order, name in meshes.items()]
-    print_wrapped(f"lowest natural frequency {elastic[0]:.5g} Hz, met by the mesh frequency{':' * many} "
+    met = [f"{f'that of {short} ' * many}at {elastic[0]['met_at'][name]:.5g} rpm" for name, short in meshes.items()]
+    print_wrapped(f"lowest natural frequency {elastic[0]['frequency']:.5g} Hz, met by the mesh frequency{':' * many} "
                   f"{', '.join(met)} of {content['first_body']}; all meshes in contact at their mean stiffnesses")
-    table = plain_table("mode", "Hz", "ζ", "met at rpm", "energy in", "moves most", left=("energy in", "moves most"))
+    title = f"met at rpm by\n{', '.join(f'{n}×' for n in range(1, _HARMONICS + 1))}"
+    table = plain_table("mode", "Hz", "ζ", title, "energy in", "moves most", left=("energy in", "moves most"))
     for number, mode in enumerate(content["modes"], 1):
-        most = sorted(mode["shares"].items(), key=lambda each: -each[1])
-        springs, moving = ([name for name, _ in most if name in dataset[part].values] for part in ("element", "body"))
-        energy = ", ".join(f"{name} {100 * mode['shares'][name]:.0f} %" for name in springs[:_SAID]
-                           if mode["shares"][name] >= _LEAST)
+        moving = max(dataset["body"].values.tolist(), key=mode["shares"].__getitem__)
         values = ["rigid", "", ""] if mode["rigid"] else [
-            f"{mode['frequency']:.5g}", f"{mode['damping_ratio']:.2g}",
-            ", ".join(f"{60 * mode['frequency'] / order:.0f}" for order in meshes)]
-        table.add_row(str(number), *values, energy, moving[0])
+            f"{mode['frequency']:.5g}", f"{mode['damping_ratio']:.2g}", "\n".join(
+                ", ".join(f"{mode['met_at'][name] / n:.0f}" for n in range(1, _HARMONICS + 1)) for name in meshes)]
+        table.add_row(str(number), *values, _energy_in(dataset, mode), moving)
     print_table(table)
+
+
+def _print_meetings(dataset: xr.Dataset, limits: tuple[float, float]) -> None:
+    """Print which excitations and harmonics of meshes meet which modes within limits of the speed, those of one order
+    once."""
+    content, names = modes_document(dataset, limits), _excitations(dataset)
+    found = [each for each in content["meetings"] if each["excitation"] in names]
+    print_wrapped(f"{len(found) or 'no'} meeting{'s' * (len(found) != 1)} of excitations with natural frequencies from "
+                  f"{limits[0]:.5g} to {limits[1]:.5g} rpm of {content['first_body']}, meshes by their first "
+                  f"{_HARMONICS} harmonics; all meshes in contact at their mean stiffnesses")
+    table = plain_table("rpm", "by", "mode", "Hz", "ζ", "energy in", left=("by", "energy in"))
+    for each in found:
+        mode = content["modes"][each["mode"] - 1]
+        by = f"{each['harmonic']}× " * each["excitation"].startswith("mesh ") + names[each["excitation"]]
+        table.add_row(f"{each['speed']:.0f}", by, str(each["mode"]), f"{mode['frequency']:.5g}",
+                      f"{mode['damping_ratio']:.2g}", _energy_in(dataset, mode))
+    if found:
+        print_table(table)

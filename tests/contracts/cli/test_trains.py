@@ -138,6 +138,25 @@ def test_modes_are_said_with_the_speeds_that_meet_them(tmp_path):
     assert "must have a table [design], [gearpair] or [train]" in refused("modes", EXAMPLES / "fig02.toml")
 
 
+def test_meetings_of_harmonics_and_modes_are_those_within_the_speeds():
+    path = EXAMPLES / "train_two_stage.toml"
+    found = run_json("modes", path, "--speed", "500:4000")
+    orders = {"mesh first": 20, "mesh second": 10}  # of the motor: 20 teeth, and 20 of a wheel half as fast
+    expected = sorted((60 * mode["frequency"] / (n * order), name, n, number) for name, order in orders.items()
+                      for n in (1, 2, 3) for number, mode in enumerate(found["modes"], 1) if not mode["rigid"])
+    within = [each for each in expected if 500 <= each[0] <= 4000]
+    assert 0 < len(within) < len(expected) and found["speeds"] == [500, 4000]
+    assert [tuple(each.values()) for each in found["meetings"]] == [
+        (pytest.approx(speed), *others) for speed, *others in within]
+    lines = ask("modes", path, "--speed", "500:4000").stdout.splitlines()
+    assert lines[0].startswith(f"{len(within)} meetings") and max(map(len, lines)) <= 80
+    assert any(line.split()[:3] == ["570", "3×", "first"] for line in lines)
+    assert run_json("modes", path, "--speed", "850")["meetings"] == found["meetings"][1:2]  # within 10 %
+    assert "meetings" not in run_json("modes", path)
+    assert "must be a speed or a range" in refused("modes", path, "--speed", "500:4000:3")
+    assert "order 2 of driver" in ask("modes", LOOSE, "--speed", "135 krpm").stdout
+
+
 def test_meshes_of_one_order_are_said_once(capsys):
     bodies = [gc.Body(name=name, inertia=1e-3) for name in "abcde"]
     mesh = {"base_radii": (0.02, 0.02), "stiffness": 1e8, "backlash": 1e-4}
