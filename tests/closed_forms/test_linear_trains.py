@@ -42,6 +42,20 @@ def test_the_modes_of_an_idler_between_equal_wheels():
     assert found.kinetic_energy[2] == pytest.approx([1 / 6, 2 / 3, 1 / 6], rel=1e-12)
 
 
+def test_idlers_side_by_side_share_the_load_by_their_stiffnesses():
+    bodies = [gc.Body(name=n, inertia=1e-3, torque=t) for n, t in (("a", 8.0), ("i", 0.0), ("j", 0.0), ("b", -8.0))]
+    meshes = [mesh(*ends, 20, 20, stiffness=k) for *ends, k in (
+        ("a", "i", 2e8), ("i", "b", 6e8), ("a", "j", 3e8), ("j", "b", 1e8))]
+    found = gc.regime(gc.Train(speed=100.0, bodies=bodies, meshes=meshes))
+    series = np.array([1 / (1 / 2e8 + 1 / 6e8), 1 / (1 / 3e8 + 1 / 1e8)])
+    share = series / series.sum()
+    assert found.load_shares == {"a": pytest.approx({"a/i": share[0], "a/j": share[1]}, rel=1e-9),
+                                 "b": pytest.approx({"i/b": share[0], "j/b": share[1]}, rel=1e-9)}
+    for name, part in (("a/i", share[0]), ("j/b", share[1])):
+        for force in ("force_mean", "force_least", "force_peak"):
+            assert found.meshes[name][force] == pytest.approx(8.0 / 0.02 * part, rel=1e-9)
+
+
 def on_a_shaft(**values: Any) -> gc.Train:
     """Two wheels of a stiff and well damped mesh, and a load on a soft shaft."""
     bodies = [gc.Body(name=n, inertia=i, torque=t) for n, i, t in (("a", 1e-3, 1.0), ("b", 1e-3, 0.0), ("c", 1, -1.0))]

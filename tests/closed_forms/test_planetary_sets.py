@@ -147,6 +147,10 @@ def test_a_pin_that_stands_ahead_changes_the_share_of_its_planet(pin):
     mean = 200 / 3 / (27 * 2.8e-3 * cosine / 2)
     expected = mean - 2 * cosine * (errors - errors.mean()) / series
     assert forces_of_planets(errors.tolist(), pin) == pytest.approx(np.stack([expected, expected], axis=1), rel=1e-9)
+    shares = gc.regime(train_of_planets(errors.tolist(), pin)).load_shares
+    assert list(shares) == ["sun", "ring"]
+    for load in shares.values():
+        assert list(load.values()) == pytest.approx(expected / expected.sum(), rel=1e-9)
     model = as_model(train_of_planets(errors.tolist(), pin))
     deflection = gc.simulate(model, 1).section_deflection.values[0] * model.units.length
     assert deflection == pytest.approx(np.outer(expected, [1 / 5e8, 1 / 4e8]).ravel(), rel=1e-9)

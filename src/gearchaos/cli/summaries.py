@@ -191,6 +191,25 @@ def print_train(verdict: Verdict) -> None:
         numbers = (found[n] for n in ("force_peak", "force_rms", "impacts_per_second", "dynamic_factor"))
         table.add_row(name, found["contact"], *shares, *("none" if v is None else measured(v) for v in numbers))
     print_table(table)
+    if verdict.load_shares:
+        _print_load_shares(verdict)
+
+
+def _print_load_shares(verdict: Verdict) -> None:
+    """Print how meshes share the load of a body, those alike in one row."""
+    print("\nshared loads; Kγ, the mesh load factor of ISO 6336-1, is the largest share over\nan even one")
+    table = plain_table("load of", "Kγ", "share", "mean (N)", "least (N)", "largest (N)", "mesh", gap=1,
+                        left=("load of", "mesh"))
+    for body, load in verdict.load_shares.items():
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for name, share in load.items():
+            forces = (measured(abs(verdict.meshes[name][n])) for n in ("force_mean", "force_least", "force_peak"))
+            alike.setdefault((f"{100 * share:.3g} %", *forces), []).append(name)
+        first = body, f"{len(load) * max(load.values()):.3f}"
+        for numbers, (name, *others) in alike.items():
+            table.add_row(*first, *numbers, name + f" and {len(others)} alike" * bool(others))
+            first = "", ""
+    print_table(table)
 
 
 def _measured(name: str, value: Any, scales: Scales | None) -> str:

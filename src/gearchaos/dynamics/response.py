@@ -173,6 +173,9 @@ class MeshResponse(Columns):
     mesh_peak_force: Annotated[np.ndarray, Column("peak of |mesh force|", dims=_OF_MESH, variable="mesh_peak_force")]
     mesh_rms_force: Annotated[np.ndarray, Column(
         "root mean square of the mesh force", dims=_OF_MESH, variable="mesh_rms_force")]
+    mesh_mean_force: Annotated[np.ndarray, Column("mean of the mesh force, negative on the back flank", dims=_OF_MESH)]
+    mesh_least_force: Annotated[np.ndarray, Column(
+        "least |mesh force|, 0 where contact is lost or the flank changes", dims=_OF_MESH)]
     mesh_force_deviation: Annotated[np.ndarray, Column(
         "standard deviation of the mesh force", dims=_OF_MESH, variable="mesh_force_deviation")]
     mesh_impacts: Annotated[np.ndarray, Column(
@@ -214,12 +217,15 @@ def compute_response(
     share = np.clip((front + back) / time, 0.0, 1.0)
     kept = (share > 1 - 1e-12) | ((share > 0.5) & (m[Measure.SWITCHES] == 0))  # times of many segments have rounding
     contact = np.select([(front > 0) & (back > 0), kept, share > 0], [2, 0, 1], default=3).astype(np.int8)
-    peak = np.maximum(np.abs(m[Measure.FORCE_MAX]), np.abs(m[Measure.FORCE_MIN]))
+    low, high = m[Measure.FORCE_MIN], m[Measure.FORCE_MAX]
+    peak = np.maximum(np.abs(high), np.abs(low))
     mean, square = m[Measure.FORCE] / time, m[Measure.FORCE_SQUARE] / time
     factor = peak / np.where(static_force == 0, np.nan, np.abs(static_force))
     meshes = MeshResponse(
         mesh_contact=contact, mesh_front_share=front / time, mesh_back_share=back / time, mesh_peak_force=peak,
-        mesh_rms_force=np.sqrt(square), mesh_force_deviation=np.sqrt(np.maximum(square - mean**2, 0.0)),
+        mesh_rms_force=np.sqrt(square), mesh_mean_force=mean,
+        mesh_least_force=np.where(low * high > 0, np.minimum(np.abs(high), np.abs(low)), 0.0),
+        mesh_force_deviation=np.sqrt(np.maximum(square - mean**2, 0.0)),
         mesh_impacts=m[Measure.SWITCHES] / 2 / time, mesh_impulse=m[Measure.CONTACT_FORCE] / time,
         mesh_dynamic_factor=factor)
     first = m[:, :, 0]

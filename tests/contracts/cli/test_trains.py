@@ -54,7 +54,10 @@ def test_a_verdict_has_its_meshes_in_si():
     assert (one["contact"], one["front_share"], one["back_share"]) == ("permanent", pytest.approx(1), 0)
     # static force and the inertia of the loose wheel: T/r_b + (J/r_b^2) r_a a
     assert one["force_peak"] == pytest.approx(0.2 / 0.045 + 5e-4 / 0.045**2 * 0.03 * 300, rel=1e-3)
-    assert one["impacts_per_second"] == 0
+    assert one["force_least"] == pytest.approx(0.2 / 0.045 - 5e-4 / 0.045**2 * 0.03 * 300, rel=1e-2)
+    assert one["force_mean"] == pytest.approx(0.2 / 0.045, rel=1e-12)  # the mean torques balance
+    assert one["impacts_per_second"] == 0 and found["load_shares"] == {}
+    assert run_json("regime", LOOSE, "--set", "loose.torque=-0.1")["meshes"]["z1/z2"]["force_least"] == 0
 
 
 @pytest.mark.slow
@@ -63,6 +66,16 @@ def test_of_many_exponents_the_largest_are_printed():
     assert [line.strip() for line in lines if "more:" in line] == 2 * ["and 20 more: --json has all"]
     first = next(i for i, line in enumerate(lines) if line.startswith("Lyapunov exponents"))
     assert "more:" in lines[first + 8] and lines[first + 9].startswith("Floquet multipliers")
+
+
+@pytest.mark.slow
+def test_planets_that_share_a_load_alike_are_one_row():
+    lines = ask("regime", EXAMPLES / "train_planetary.toml").stdout.splitlines()
+    at = next(i for i, line in enumerate(lines) if line.startswith("load of"))
+    mean = f"{200 / 3 / (27 * 2.8e-3 * math.cos(math.radians(24.6)) / 2):.4g}"
+    assert [line.split()[:5] for line in lines[at + 1 : at + 3]] == [
+        [body, "1.000", "33.3", "%", mean] for body in ("sun", "ring")]
+    assert lines[at + 1].endswith("sun/planet1 and 2 alike") and max(map(len, lines)) <= 80
 
 
 @pytest.mark.slow

@@ -196,6 +196,20 @@ class Train(Damped, HasCard):
                              units.Shown(mesh.line_of_action, mesh.line_of_action),
                              "It has no effect here. Or give one body mass and support.")
 
+    @cached_property
+    def parallel_paths(self) -> dict[str, dict[str, float]]:
+        """The meshes that share the load of a body, those of planets with sun or ring or of a branched power flow: by
+        name the base radius of the body in each. They have it at the same end, both driving or both driven."""
+        found: dict[tuple[str, int], dict[str, float]] = {}
+        for mesh in self.meshes:
+            for end, name in enumerate(mesh.between):
+                found.setdefault((name, end), {})[mesh.name] = mesh.base_radii[end]
+        out: dict[str, dict[str, float]] = {}
+        for (name, _), meshes in found.items():
+            if len(meshes) > 1:  # of a body that several drive, and which drives several, both are there
+                out[f"{name} again" if name in out else name] = meshes
+        return out
+
     def carrier(self, mesh: Mesh) -> str | None:
         """The body in whose frame the centres of both wheels of a mesh rest, if it turns."""
         found = [body.carrier for body in map(self.body, mesh.between) if body.carrier]

@@ -156,7 +156,8 @@ class Verdict(HasCard):
     @property
     def meshes(self) -> dict[str, dict[str, Any]]:
         """Of a train, by the name of the mesh: ``contact``, ``front_share`` and ``back_share`` of the time on each
-        flank, ``force_peak`` and ``force_rms`` in N, ``impacts_per_second``, ``impulse_per_second`` in N, and
+        flank, ``force_peak``, ``force_rms``, ``force_mean`` and ``force_least`` in N, ``impacts_per_second``,
+        ``impulse_per_second`` in N, and
         ``dynamic_factor``; None where a number does not exist. Empty for a pair."""
         model: Any = self.model
         if not model.mesh_names or self._label == Label.DIVERGED:
@@ -164,11 +165,25 @@ class Verdict(HasCard):
         units, found = model.units, self.verdicts.meshes
         numbers = {"front_share": found.mesh_front_share, "back_share": found.mesh_back_share,
                    "force_peak": found.mesh_peak_force * units.force, "force_rms": found.mesh_rms_force * units.force,
+                   "force_mean": found.mesh_mean_force * units.force,
+                   "force_least": found.mesh_least_force * units.force,
                    "impacts_per_second": found.mesh_impacts * units.rate,
                    "impulse_per_second": found.mesh_impulse * units.force, "dynamic_factor": found.mesh_dynamic_factor}
         return {name: {"contact": CONTACTS[int(found.mesh_contact[0, m])], **{
             n: float(v[0, m]) if math.isfinite(v[0, m]) else None for n, v in numbers.items()}}
                 for m, name in enumerate(model.mesh_names)}
+
+    @property
+    def load_shares(self) -> dict[str, dict[str, float]]:
+        """Of a train, by the name of a body whose load several meshes share: of each mesh the mean torque that it
+        transmits over that of all."""
+        model: Any = self.model
+        out, meshes = {}, self.meshes
+        for body, radii in model.train.parallel_paths.items() if meshes else ():
+            torques = {name: radius * (meshes[name]["force_mean"] or 0.0) for name, radius in radii.items()}
+            if total := sum(torques.values()):
+                out[body] = {name: torque / total for name, torque in torques.items()}
+        return out
 
     def __getattr__(self, name: str) -> float | None:
         """A response measure by its name."""
@@ -195,7 +210,8 @@ class Verdict(HasCard):
         names = dict.fromkeys((*_JSON_ORDER, *Response.declared()))
         pairs = {"multipliers": [[m.real, m.imag] for m in self.multipliers]}
         model: Any = self.model
-        train = {"common_period": model.train.period, "meshes": self.meshes} if model.mesh_names else {}
+        train = {"common_period": model.train.period, "meshes": self.meshes,
+                 "load_shares": self.load_shares} if model.mesh_names else {}
         return {name: pairs[name] if name in pairs else getattr(self, name) for name in names} | train
 
     def to_dataset(self) -> xr.Dataset:

@@ -121,7 +121,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
         scans = [scan.finish(scan.compute(np.arange(scan.count), progress=progress, threads=threads))
                  for scan in map(self._scan, HISTORIES.values())]
         over = ("history", self.axis.name, MESH)
-        names = ["label", "period", *MeshResponse.declared()]
+        names = ["label", "period", *(name for name in MeshResponse.declared() if name in scans[0])]
         data = {n: np.stack([scan[n].values for scan in scans]) for n in names}
         found = {n: variable(n, over[: v.ndim], v) for n, v in data.items()}
         ratio = self._excitation(self.axis.values)
