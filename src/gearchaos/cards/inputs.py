@@ -53,6 +53,7 @@ def _train(train: Train) -> Card:
     rows += [("shaft", f"{shaft.name}: {shaft.stiffness:.4g} N m/rad") for shaft in train.shafts]
     rows += [("mesh", f"{mesh.name}: {mesh.teeth[0]}/{mesh.teeth[1]} teeth, backlash {mesh.backlash * 1e3:.4g} mm")
              for mesh in train.meshes]
+    rows += [("assumed", text) for text in train.assumptions]
     rows += [("mesh damping", train.law.words), ("common period", f"{train.period * 1e3:.6g} ms")]
     return Card("Gear train", rows)
 

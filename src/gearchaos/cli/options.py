@@ -114,8 +114,8 @@ def load(study: Path | None, sets: list[str] | None, physical: bool = False, axe
 
 
 def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] = ()) -> LoadedStudy:
-    """The content of a study file with the values of ``--set``; prints the warnings of its gears, and what a train is
-    computed as: its coordinates and its common period."""
+    """The content of a study file with the values of ``--set``; prints the warnings of its gears, and of a train as
+    what it is computed, its coordinates and its common period, and what is assumed."""
     from gearchaos.studyfile import load_study, parse_set
 
     loaded = load_study(study, parse_set(sets or []), axes=axes)
@@ -123,6 +123,8 @@ def read_study(study: Path | None, sets: list[str] | None, axes: Iterable[Axis] 
         warn(text)
     if words := loaded.model.in_words:
         say(textwrap.fill(words, 80, subsequent_indent="  ", break_on_hyphens=False))
+    if assumed := loaded.model.assumptions:
+        say(textwrap.fill(f"assumed: {'; '.join(assumed)}", 80, subsequent_indent="  ", break_on_hyphens=False))
     return loaded
 
 

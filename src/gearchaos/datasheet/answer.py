@@ -12,8 +12,7 @@ from gearchaos.datasheet.quantities import Entry, datasheet, pair_title, with_sc
 from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import FAST
 from gearchaos.gears.design.gear_design import GearDesign
-from gearchaos.gears.design.values import DataFile, method_in_words
-from gearchaos.gears.geometry.mechanics import PLASTIC_MODULUS
+from gearchaos.gears.design.values import DataFile
 from gearchaos.gears.io.units import RPM, measured
 
 if TYPE_CHECKING:
@@ -189,11 +188,8 @@ class Answer:
 
 def assumed_in_words(design: GearDesign) -> str:
     """What the motions of a design rest on and a drawing does not give: stiffness, transmission error, damping."""
-    plastic = " (found for metals)" * (min(each.E for each in design.material) < PLASTIC_MODULUS)
-    exact = f"no transmission error{' in spite of the grade' * (design.quality is not None)}"
-    error = exact if design.exact else f"error {method_in_words(design.transmission_error)}"
-    damping = "" if design.damping_ratio is None else f", ζ {design.damping_ratio:g} {design.law.words}"
-    return f"stiffness {method_in_words(design.stiffness)}{plastic}, {error}{damping}"
+    law = f" {design.law.words}" * (design.damping_ratio is not None)
+    return f"{', '.join(design.assumed.values())}{law}"
 
 
 def default_speeds(design: GearDesign) -> str:

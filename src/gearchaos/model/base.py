@@ -39,6 +39,11 @@ class GearModel(HasCard):
         return ""
 
     @property
+    def assumptions(self) -> tuple[str, ...]:
+        """Of a train, what stands for what its parts leave open, in words; of a pair its design says it."""
+        return ()
+
+    @property
     @abstractmethod
     def known_names(self) -> tuple[str, ...]:
         """All names by which a value can be set; of the harmonics only the first of each family."""

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +15,7 @@ from gearchaos.cli.summaries import map_document, print_map
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import limits
-from gearchaos.gears.operation.operating import as_model, gears_of
+from gearchaos.gears.operation.operating import as_model, gears_from_json, gears_json, gears_of
 from gearchaos.model import has_effect, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
@@ -101,6 +104,58 @@ def test_what_would_have_no_effect_or_half_of_it_cannot_be_varied(name, rule):
     with pytest.raises(InputError, match=re.escape(rule)):
         vary(as_model(two_wheels()), {name: [1.0, 2.0]})
     assert vary(as_model(two_wheels(stiffness=1e3, damping=0.1)), {"b-c.damping": [0.0, 1.0]}).size == 2
+
+
+DESIGN = gc.GearDesign(
+    teeth=(20, 30), module="3 mm", face_width="20 mm", quality={"standard": "ISO 1328-1:1995", "grade": 6},
+    transmission_error="from quality (typical)", damping_ratio=0.05, bore="10 mm", speed=600, torque=50,
+    backlash={"value": "0.1 mm", "of": "line of action"})
+
+
+def designed(**given: Any) -> gc.Train:
+    bodies = [gc.Body(name="a", inertia=1e-3, torque=50), gc.Body(name="b", inertia=1e-3, torque=-75)]
+    return gc.Train(speed=600, bodies=bodies, meshes=[gc.Mesh(between=("a", "b"), design=DESIGN, **given)])
+
+
+STIFFNESS, ERROR, RATIO = "stiffness by ISO 6336-1", "error from quality (typical)", "ζ 0.05"
+
+
+@pytest.mark.parametrize(("given", "words"), [
+    ({}, [STIFFNESS, ERROR, RATIO]), ({"damping": 600}, [STIFFNESS, ERROR]), ({"stiffness": 3e8}, [ERROR, RATIO]),
+    ({"error_amplitudes": ["3 um"], "error_phases": [0]}, [STIFFNESS, RATIO]),
+    ({"assumed": {"damping": "c guessed"}}, ["c guessed"])])
+def test_what_a_mesh_takes_from_a_design_is_assumed_unless_it_is_given(given, words):
+    train = designed(**given)
+    assert train.assumptions == (f"{', '.join(words)}: a/b",)
+    assert gears_from_json(gears_json(train)).assumptions == train.assumptions
+    assert replace(train, speed=700).assumptions == train.assumptions
+
+
+def test_a_value_that_is_set_is_no_longer_assumed():
+    model = as_model(designed())
+    assert model.with_values({"a/b.damping": 700.0}).assumptions == (f"{STIFFNESS}, {ERROR}: a/b",)
+    assert model.with_values({"a/b.stiffness": 3e8}).assumptions == (f"{ERROR}, {RATIO}: a/b",)
+    assert model.with_values({"a/b.backlash": 2e-4}).assumptions == model.assumptions
+
+
+def test_what_is_left_open_without_a_design_is_said():
+    three = two_wheels(stiffness=1e3)
+    assert three.assumptions == ("no transmission error: a/b", "no damping: b-c")
+    names = list("abcdef")
+    chain = gc.Train(speed=600, bodies=[gc.Body(name=n, inertia=1e-3) for n in names], meshes=[
+        replace(mesh(*ends), teeth=(20, 20), base_radii=(0.03, 0.03), error_amplitudes=["1 um"])
+        for ends in pairwise(names)])
+    assert chain.assumptions == ("phase 0: a/b, b/c, c/d and 2 others",)
+    with pytest.raises(InputError, match="assumed must be a table of texts"):
+        designed(assumed="grade 6")
+
+
+def test_the_ring_of_a_set_with_a_design_says_what_it_takes_from_the_sun():
+    held = gc.PlanetarySet(count=4, teeth=(20, 30, 80), design=DESIGN, sun={"inertia": 1e-3}, carrier={"inertia": 1e-2},
+                           ring={"fixed": True}, planet={"inertia": 1e-3, "mass": 0.5, "pin": {"stiffness": 1e8}},
+                           ring_mesh={"backlash": 1e-4})
+    assert list(held.meshes[1].assumed.values()) == [
+        "stiffness by ISO 6336-1, the ring as a rack", "damping of the sun mesh", "no transmission error"]
 
 
 TABLE = {"speed": ["200 rpm", "600 rpm", "1000 rpm"], "torque": ["-0.05 N*m", "-0.1 N*m", "-0.3 N*m"]}

@@ -13,9 +13,10 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import check_inputs, check_load_sharing, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.inputs import TEETH
-from gearchaos.gears.design.values import INTERNAL, Choice, DrawnPitch, TableFile, module_of
+from gearchaos.gears.design.values import INTERNAL, Choice, DrawnPitch, TableFile, method_in_words, module_of
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
+from gearchaos.gears.geometry.mechanics import PLASTIC_MODULUS
 from gearchaos.gears.io.fields import check_plausible, convert_fields, unknown_key
 from gearchaos.gears.io.units import FREQUENCY, to_si
 from gearchaos.gears.mesh.pair import GearPair
@@ -288,6 +289,17 @@ class GearDesign(Drawing, HasCard):
             if isinstance(self.transmission_error, str):  # an input is missing, which is named elsewhere
                 return found
             return (*found, *sentences([f"the transmission error cannot be used: {error}"]))
+
+    @property
+    def assumed(self) -> dict[str, str]:
+        """In words what stands for what a drawing leaves open: stiffness, transmission error and damping, by the names
+        of these fields of a mesh."""
+        plastic = " (found for metals)" * (min(each.E for each in self.material) < PLASTIC_MODULUS)
+        exact = f"no transmission error{' in spite of the grade' * (self.quality is not None)}"
+        error = exact if self.exact else f"error {method_in_words(self.transmission_error)}"
+        damping = {} if self.damping_ratio is None else {"damping": f"ζ {self.damping_ratio:g}"}
+        stiffness = f"stiffness {method_in_words(self.stiffness)}{plastic}"
+        return {"stiffness": stiffness, "error_amplitudes": error, **damping}
 
     @property
     def assumptions(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -59,6 +59,12 @@ def _ratio(field: str, value: Any) -> float:
     return float(value)
 
 
+def _texts(field: str, value: Any) -> dict[str, str]:
+    if not isinstance(value, Mapping) or not all(isinstance(text, str) for text in value.values()):
+        raise InputError(field, "must be a table of texts", value, 'E.g. assumed = { damping = "ζ 0.05" }.')
+    return dict(value)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Mesh:
     """A gear mesh between two bodies of a `Train`.
@@ -111,6 +117,8 @@ class Mesh:
         where centres move. Of a planet it follows from ``pressure_angle``.
     pressure_angle : angle, optional
         Working pressure angle, of a mesh with a planet.
+    assumed : table of texts
+        What stands for what a drawing leaves open, by field, as it is printed; that of a ``design`` by default.
 
     Examples
     --------
@@ -144,6 +152,7 @@ class Mesh:
     line_of_action: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
     pressure_angle: Any = field(default=None, metadata=read_by(one(
         units.ANGLE, POSITIVE, (math.radians(5), math.radians(45)))))
+    assumed: Any = field(default=None, compare=False, metadata=read_by(_texts))
 
     def __post_init__(self) -> None:
         convert_fields(self)
@@ -156,7 +165,11 @@ class Mesh:
         if self.contact_ratio is not None and self.tooth_pairs is not None:
             raise InputError("contact_ratio", "must be left out beside tooth_pairs", self.contact_ratio,
                              "They have one of their own.")
-        for name, value in self._of_design().items():
+        own = {name for name in _OF_DESIGN if getattr(self, name) is not None}
+        own |= {"stiffness", "tooth_pairs"} if own & {"stiffness", "tooth_pairs"} else set()
+        of_design = getattr(self.design, "assumed", {})
+        object.__setattr__(self, "assumed", self.assumed or {n: text for n, text in of_design.items() if n not in own})
+        for name, value in self._of_design(own).items():
             object.__setattr__(self, name, value)
         missing = [name for name in ("teeth", "base_radii", "backlash") if getattr(self, name) is None]
         if self.stiffness is None and self.tooth_pairs is None:
@@ -198,12 +211,10 @@ class Mesh:
                 raise InputError(f"eccentricity_phases[{i}]", "must be left out without eccentricity",
                                  units.Shown(phase, phase), "It has no effect.")
 
-    def _of_design(self) -> dict[str, Any]:
-        """The values of the design, by the names of fields."""
+    def _of_design(self, own: set[str]) -> dict[str, Any]:
+        """The values of the design, by the names of fields, but for those that the mesh has of its ``own``."""
         if self.design is None:
             return {}
-        own = {name for name in _OF_DESIGN if getattr(self, name) is not None}
-        own |= {"stiffness", "tooth_pairs"} if own & {"stiffness", "tooth_pairs"} else set()
         design = self.design
         if "damping" in own and getattr(design, "damping_ratio", own) is None:
             design = replace(design, damping_ratio=_ANY_DAMPING)

@@ -157,6 +157,10 @@ class TrainModel(GearModel):
                     f"; for that, frequencies are up to {100 * train.deviation:.2g} % off" if train.deviation else ""))
 
     @property
+    def assumptions(self) -> tuple[str, ...]:
+        return self.train.assumptions
+
+    @property
     def known_names(self) -> tuple[str, ...]:
         return ("speed", "torque", *self._known, *self.state_names)
 
@@ -227,6 +231,8 @@ class TrainModel(GearModel):
                     parts[i] = parts[i].with_mean_stiffness(flat[name], found.value)
                 else:
                     parts[i] = replace(parts[i], **{found.field: flat[name]})
+                if isinstance(part := parts[i], Mesh):
+                    parts[i] = replace(part, assumed={n: text for n, text in part.assumed.items() if n != found.field})
             except InputError as error:
                 raise InputError(field_of(parts[i], error.field), error.rule, error.value, error.advice) from None
             train = train.unbalanced(**{found.kind: tuple(parts)})

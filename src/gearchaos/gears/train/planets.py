@@ -213,7 +213,10 @@ class PlanetarySet(Record):
             single = tooth_stiffness(geometry, youngs_modulus=(modulus, modulus), blanks=(self.design.blanks[1], None))
             curve = from_iso(geometry, single.mesh_stiffness)
             found["stiffness"] = of_model(curve.waveform, curve.reference)
-        return found
+        assumed = {"stiffness": "stiffness by ISO 6336-1, the ring as a rack", "damping": "damping of the sun mesh",
+                   "backlash": "backlash of the sun mesh", "error_amplitudes": "no transmission error"}
+        own = {*self.ring_mesh, *({"stiffness"} if "tooth_pairs" in self.ring_mesh else ())}
+        return {**found, "assumed": {name: text for name, text in assumed.items() if name not in own}}
 
     def _gap(self, count: int) -> float:
         """The distance of the tip circles of neighbours, if so many planets are equally spaced, m."""

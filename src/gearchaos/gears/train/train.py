@@ -28,6 +28,7 @@ from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, SHARED_LAWS, Dam
 from gearchaos.quantities import POSITIVE, Rule, parameter_owner
 
 _TOLERANCE = Rule(lambda v: 0 <= v <= LARGEST_TOLERANCE, f"must be from 0 to {LARGEST_TOLERANCE}")
+_LISTED = 4  # names of parts in a sentence
 BALANCE = 1e-6  # largest mean torque left over, relative to the sum of all
 
 
@@ -39,6 +40,12 @@ def _speed(field: str, value: Any) -> Any:
     if len(value) != 1:
         raise InputError(field, "must be that of one body", dict(value), 'E.g. speed = { rotor = "12.1 rpm" }.')
     return next((name, read(f"{field}.{name}", speed)) for name, speed in value.items())
+
+
+def _listed(names: list[str]) -> str:
+    """Some names, and how many others there are."""
+    more = len(names) - _LISTED + 1
+    return ", ".join(names) if more <= 1 else f"{', '.join(names[:-more])} and {more} others"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -361,6 +368,21 @@ class Train(Damped, HasCard):
             return body.torque_over_speed.at(float(self.ratios[body.name]) * np.asarray(speed))
         except InputError as error:
             raise InputError(field_of(body, error.field), error.rule, error.value, error.advice) from None
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What stands for what the parts leave open, in words, each with the parts that it is said of."""
+        found: dict[str, list[str]] = {}
+        for mesh in self.meshes:
+            if mesh.assumed:
+                found.setdefault(", ".join(mesh.assumed.values()), []).append(mesh.name)
+            elif not any((*mesh.error_amplitudes, *mesh.eccentricity, *sum(mesh.pitch_errors, ()))):
+                found.setdefault("no transmission error", []).append(mesh.name)
+        at_zero = [mesh for mesh in self.meshes if mesh.varies and not mesh.phase]
+        orders = list(map(self.mesh_order, at_zero))
+        found["phase 0"] = [mesh.name for mesh, order in zip(at_zero, orders, strict=True) if orders.count(order) > 1]
+        found["no damping"] = [part.name for part in (*self.meshes, *self.shafts) if not part.damping]
+        return tuple(f"{text}: {_listed(names)}" for text, names in found.items() if names)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -157,8 +157,7 @@ class Verdict(HasCard):
     def meshes(self) -> dict[str, dict[str, Any]]:
         """Of a train, by the name of the mesh: ``contact``, ``front_share`` and ``back_share`` of the time on each
         flank, ``force_peak``, ``force_rms``, ``force_mean`` and ``force_least`` in N, ``impacts_per_second``,
-        ``impulse_per_second`` in N, and
-        ``dynamic_factor``; None where a number does not exist. Empty for a pair."""
+        ``impulse_per_second`` in N, and ``dynamic_factor``; None where a number does not exist. Empty for a pair."""
         model: Any = self.model
         if not model.mesh_names or self._label == Label.DIVERGED:
             return {}

@@ -115,7 +115,8 @@ class Assessment:
     def assumptions(self) -> list[str]:
         """What the answer rests on, and what it leaves out."""
         gears, first = self.gears, self.at[0]
-        out = [f"mesh damping {as_model(gears).law.words}"]
+        model = as_model(gears)
+        out = [f"mesh damping {model.law.words}", *model.assumptions]
         if is_design(gears):
             out = [f"mesh stiffness {method_in_words(gears.stiffness)}",
                    f"transmission error: {first.transmission_error}",
