@@ -25,6 +25,7 @@ _STEPS = (1.0, 2.0, 2.5, 4.0, 5.0, 10.0)  # of rates per second whose inverse a 
 # by unit: the unit of SI and how many of them it is, the type of the data, and the exponents of length and force
 _UNITS = {"N": ("N", 1.0, 9, 0, 1), "µm": ("m", 1e6, 8, 1, 0), "m/s^2": ("m/s^2", 1.0, 12, 1, 0),
           "rpm": ("rpm", 1.0, 19, 0, 0)}
+_PER_SECOND = {"ms": 1e3}  # instants of a result that are not in seconds
 _WAYS = {"up": "speed rising", "down": "speed falling"}
 
 
@@ -46,7 +47,7 @@ def save_uff(dataset: xr.Dataset, path: Path) -> None:
     sets = [*_spectra(dataset), *_signals(dataset)]
     if not sets:
         raise InputError("path", "must end in .nc or .csv for a result without order spectrum or signal",
-                         str(path), "UFF is for results of orders and runup.")
+                         str(path), "UFF is for results of orders, of runup, and of simulate with samples.")
     import pyuff
 
     units = {"type": 164, "units_code": 1, "units_description": "SI: Meter (newton)", "temp_mode": 1, "length": 1.0,
@@ -85,10 +86,19 @@ def _spectra(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
 
 
 def _signals(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """The mesh force over time and the speed beside it, for each direction."""
+    """The mesh force over time: of a run-up for each direction, with the speed beside it, of a simulation for each
+    mesh, from its first instant on."""
+    import xarray as xr
+
+    if "mesh_force" in dataset and "tau" in dataset["mesh_force"].dims:
+        tau, force = dataset["tau"], dataset["mesh_force"]
+        time = (tau.values - tau.values[0]) / _PER_SECOND.get(tau.attrs["units"], 1.0)
+        for name, values in zip(dataset["mesh"].values.tolist() if "mesh" in dataset.dims else ["mesh"],
+                                force.values.reshape(len(time), -1).T, strict=True):
+            of_mesh = xr.DataArray(values, name=force.name, attrs=force.attrs)
+            yield _function(time, of_mesh, name, ("time", "s", 17), binary=1, func_type=1)
     if "signal_force" not in dataset:
         return
-    import xarray as xr
 
     rate = even_rate(dataset["order"].values[-1] * dataset["speed"].values[-1] / 60)
     for way in dataset["direction"].values.tolist():

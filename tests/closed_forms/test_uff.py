@@ -13,6 +13,7 @@ from gearchaos.sound import check_sound
 from gearchaos.studies.runup.measured_runup import MeasuredOrders, read_measured_runup
 from gearchaos.studyfile import load_study
 from gearchaos.uff_files import even_rate
+from tests import EXAMPLES
 from tests.closed_forms.linear_gears import LINEAR, PAIR_FILE
 from tests.commands import ask
 
@@ -69,6 +70,20 @@ def test_a_signal_and_its_tacho_are_those_written(tmp_path, fields, of_tacho):
     unit = of_tacho.get("ordinate_axis_units_lab", "RPM")
     assert note.endswith(
         f"as a table: time is 'time [s]', speed is 'speed, Tacho [{unit}]', force is 'force, CH 1 [N]'")
+
+
+@pytest.mark.slow
+def test_mesh_forces_of_a_simulated_train_are_signals_from_its_first_instant(tmp_path):
+    study, out = EXAMPLES / "train_two_stage.toml", tmp_path / "motion.uff"
+    asked = "--transient", 3, "--periods", 2, "--samples", 8
+    assert ask("simulate", study, *asked, "--out", out).exit_code == 0
+    _, first, second = pyuff.UFF(str(out)).read_sets()
+    expected = gc.physical(gc.simulate(gc.open(study), 2, 3, 8))
+    for found, name in ((first, "first"), (second, "second")):
+        assert found["id1"].endswith(f", {name}") and found["ordinate_axis_units_lab"] == "N"
+        np.testing.assert_allclose(found["x"], np.arange(16) / 8 * 2e-3, rtol=1e-6, atol=1e-12)
+        np.testing.assert_allclose(found["data"], expected.mesh_force.sel(mesh=name), rtol=1e-12)
+    assert "simulate with samples" in ask("simulate", study, "--periods", 2, "--out", out, code=2).stderr
 
 
 @pytest.mark.slow

@@ -4,13 +4,17 @@ import io
 import json
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 import gearchaos as gc
 from gearchaos.gears.operation.operating import as_model
+from gearchaos.gears.train.modes import modes
 from gearchaos.model import HarmonicStiffness, MeshModel, SteppedStiffness, TransmissionError
+from tests import EXAMPLES
 from tests.oracles import scipy_oracle
 from tests.oracles.march import levels
 from tests.oracles.random_trains import random_train
@@ -92,6 +96,86 @@ def test_two_extrema_within_a_step_of_the_solver_lose_no_switch():
     exec(gc.script(model), names)
     found, expected = names["section"](8), gc.simulate(model, 8)
     assert np.abs(found[:, 1] - expected["section_z"].values).max() < 1e-10
+
+
+class _Spring:
+    """A shaft of openTorsion 0.3, or its elastic gear, of a ratio of radii, between two nodes."""
+
+    def __init__(self, first, second, k, c, ratio=-1.0):
+        at, row = np.ix_((first, second), (first, second)), np.array([1.0, ratio])
+        self.at, self.K, self.C = at, k * np.outer(row, row), c * np.outer(row, row)
+
+
+class _Gear:
+    def __init__(self, node, I, R, k=0.0, c=0.0, parent=None):  # their names
+        self.node, self.R, self.I = node, R, I
+        self.spring = _Spring(parent.node, node, k, c, R / parent.R) if parent else None
+
+
+class _Disk:
+    def __init__(self, node, I, c=0.0, k=0.0):
+        self.node, self.I, self.c, self.k = node, I, c, k
+
+
+class _Assembly:
+    """By the documentation of openTorsion 0.3.2, with which the frequencies of the script were compared once."""
+
+    def __init__(self, shafts, disk_elements, elastic_gear_elements):
+        self.M, self.C, self.K = (np.zeros((1 + max(disk.node for disk in disk_elements),) * 2) for _ in range(3))
+        for each in (*disk_elements, *elastic_gear_elements):
+            self.M[each.node, each.node] += each.I
+        for disk in disk_elements:
+            self.K[disk.node, disk.node] += disk.k
+            self.C[disk.node, disk.node] += disk.c
+        for each in (*shafts, *(gear.spring for gear in elastic_gear_elements if gear.spring)):
+            self.K[each.at] += each.K
+            self.C[each.at] += each.C
+
+    def undamped_modal_analysis(self):
+        return np.linalg.eig(np.linalg.solve(self.M, self.K))
+
+
+@pytest.mark.parametrize("shape", ["chain", "branched", "stages", "stops", "internal", "driven", "pairs", "split"])
+def test_the_script_for_opentorsion_has_the_linear_train(shape, monkeypatch):
+    parts = {"Assembly": _Assembly, "Disk": _Disk, "ElasticGear": _Gear, "Shaft": _Spring}
+    monkeypatch.setitem(sys.modules, "opentorsion", SimpleNamespace(**parts))
+    train = random_train(shape, np.random.default_rng(4))
+    names = {"__name__": "script"}
+    exec(gc.script(train, "opentorsion"), names)
+    found = modes(train)
+    expected, elastic = found.frequency / (2 * np.pi), found.frequency > 0
+    assert names["frequencies"]() == pytest.approx(expected, rel=1e-9, abs=1e-6 * expected.max())
+    turning = [train.speeds[name] for name in names["nodes"]]  # as a whole, which deflects nothing
+    if not elastic.all():
+        torques = names["assembly"].K * turning
+        assert np.abs(torques.sum(axis=1)).max() < 1e-12 * np.abs(torques).max()
+    # of the damping of each mode, by the shapes of the script
+    _, shapes = scipy.linalg.eigh(names["assembly"].K, names["assembly"].M)
+    damping = np.einsum("im,ij,jm->m", shapes, names["assembly"].C, shapes)
+    assert damping[elastic] == pytest.approx((2 * found.damping_ratio * found.frequency)[elastic], rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:The mode of .* is hardly damped")
+def test_the_script_for_ross_balances_the_mean_torques_by_the_forces(tmp_path):
+    train, file = gc.open(EXAMPLES / "train_two_stage.toml"), tmp_path / "motion.csv"
+    names = {"__name__": "script"}
+    exec(gc.script(train, "ross"), names)
+    motion = gc.physical(gc.simulate(train, 2, 200, 2048))
+    gc.save(motion, file)
+    times, forces = names["read_forces"](tmp_path / "motion_tau_mesh.csv")
+    assert times[[0, 1, -1]] == pytest.approx(np.array([0, 1, 4095]) * train.period / 2048, abs=1e-12)
+    rotor = SimpleNamespace(ndof=30, number_dof=6)
+    (a, force), (b, other) = forces.items()
+    found = names["on_rotor"](rotor, [(a, "motor", 0, 0.3), (a, "wheel", 3, 0.3 + np.pi), (b, "drum", 4, 1.0)], forces)
+    np.testing.assert_allclose(force, motion.mesh_force.sel(mesh=a), rtol=1e-12)
+    np.testing.assert_allclose(found[:, [0, 1]], np.outer(force, [np.cos(0.3), np.sin(0.3)]), rtol=1e-12)
+    np.testing.assert_allclose(found[:, :2], -found[:, 18:20], atol=1e-9)
+    sense = {name: np.sign(speed) for name, speed in train.speeds.items()}
+    assert sense["drum"] == 1 and sense["wheel"] == -1
+    torque = found[:, [5, 23, 29]].mean(axis=0)  # the drum's load is balanced, and the motor's drive
+    assert torque == pytest.approx([-20, -40, 100], rel=1e-3)
+    assert np.count_nonzero(found.any(axis=0)) == 9 and np.allclose(found[:, 24], np.cos(1.0) * other)
 
 
 @pytest.mark.slow

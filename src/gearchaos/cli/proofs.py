@@ -17,7 +17,8 @@ from gearchaos.files import write_bytes
 REFUSED = 1
 """Exit code where a certificate does not prove what it claims."""
 
-TOOLS = {"scipy": ("scipy", ".py"), "julia": ("dynamicalsystems.jl", ".jl")}
+TOOLS = {"scipy": ("scipy", ".py"), "julia": ("dynamicalsystems.jl", ".jl"), "opentorsion": ("opentorsion", ".py"),
+         "ross": ("ross", ".py")}
 """The tools of `gearchaos.script` by the names of ``--for``, and the suffixes of their scripts."""
 
 
@@ -89,14 +90,14 @@ def script(
     study: StudyPath = None,
     sets: Sets = None,
     tool: Annotated[
-        str, typer.Option("--for", metavar="scipy|julia", help="Tool that runs the script.",
-                          autocompletion=completion.choices("scipy", "julia"))
+        str, typer.Option("--for", metavar="|".join(TOOLS), help="Tool that runs the script.",
+                          autocompletion=completion.choices(*TOOLS))
     ] = "scipy",
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Script to write; otherwise on stdout.", readable=False)
     ] = None,
 ) -> None:
-    """Write the model as a stand-alone script for SciPy or DynamicalSystems.jl, to check a result there."""
+    """Write the model as a stand-alone script for another tool, to check a result there or to go on."""
     if tool not in TOOLS:
         raise unknown_name("--for", tool, TOOLS)
     check_output("--out", out, (TOOLS[tool][1],))

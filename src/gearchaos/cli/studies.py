@@ -13,9 +13,10 @@ from gearchaos import catalogue
 from gearchaos.cli import options
 from gearchaos.cli.errors import Commands, say
 from gearchaos.cli.gear_studies import fit, orders, runup, scatter
-from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, StudyPath, app
+from gearchaos.cli.options import Json, Out, OutIfWanted, Physical, Plot, Sets, SpectrumOut, StudyPath, app
 from gearchaos.cli.output import PLOT_SUFFIXES, check_files, check_output, draw, print_json, save, write_certificate
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.formats import format_of
 from gearchaos.plugins import is_offered
 
 
@@ -28,10 +29,11 @@ def study_command(kind: str, entry: dict[str, Any]) -> Callable[..., None]:
     of_study = [(name, options.study_option(name, option), None)
                 for name, option in {**entry["options"], **entry["run_options"]}.items() if option["type"] != "part"]
     axes = [("axis", options.axes_option(list(entry["axes"].values())), None)] * bool(entry["axes"])
+    wanted = SpectrumOut if "samples" in entry["options"] else OutIfWanted
     out = [("out", Out, Parameter.empty)] if entry["needs_out"] else []
     parameters = [
         *out, ("study", StudyPath, None), ("sets", Sets, None), *axes, *of_study,
-        *([] if out else [("out", OutIfWanted, None)]), ("plot", Plot, None), ("json_out", Json, False),
+        *([] if out else [("out", wanted, None)]), ("plot", Plot, None), ("json_out", Json, False),
         ("physical", Physical, False),
     ]
     command.__doc__, command.__annotations__ = entry["help"], {name: type_ for name, type_, _ in parameters}
@@ -51,7 +53,8 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
     for name, option in entry["options"].items():
         if option.get("file_only") and values[name] is not None and out is None:
             raise InputError(f"--{name}", "needs --out", values[name], option["file_only"])
-    check_files(out, plot)
+    signals = "samples" in entry["options"]  # of a motion over time
+    check_files(out, plot, spectra=signals)
     given_axes = options.parse_axes(values.pop("axis", None), [*entry["axes"].values()])
     loaded = options.load(path, sets, physical, given_axes)
     axes = options.study_axes(kind, loaded, given_axes)
@@ -64,7 +67,7 @@ def run_study(kind: str, entry: dict[str, Any], values: dict[str, Any]) -> None:
 
     chosen = loaded.study(study_class(kind), **axes, **_options(entry, values, loaded.options_for(kind), out))
     found = Found(kind, chosen.run(progress=True, **of_run), loaded, physical, tuple(axes.values()), out, plot)
-    save(found.dataset, out)
+    save(found.in_units if signals and out and format_of("--out", out).spectra_only else found.dataset, out)
     if part is not None:
         part.unlink(missing_ok=True)
     report(found, entry["summary"], json_out)

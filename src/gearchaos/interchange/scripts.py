@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from typing import Any
@@ -11,13 +12,14 @@ import numpy as np
 
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operation.operating import AnyModel, OperatingModel, as_model
+from gearchaos.gears.train.structure import mean_stiffness, structure
 from gearchaos.model import COORDINATES, SCALARS, Stiffness, has_effect, vary
 from gearchaos.model.coordinates import initial_state, initial_values, transmission_error_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import quantity
 
 _TRAIN = "scipy_train.py.j2"
-# The template of each tool for which scripts are written:
+# The template of each tool for which scripts of pairs are written; those of trains are in _OF_TRAINS:
 TEMPLATES = {"scipy": "scipy.py.j2", "dynamicalsystems.jl": "dynamicalsystems.jl.j2"}
 PERIODS = 20  # mesh periods that a script integrates unless its user gives another number
 
@@ -31,11 +33,14 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     shares no code with gearchaos. That of a train has the matrices of its equations, as gearchaos assembles them, and
     prints the coordinates of its motions after each common period.
 
+    Of a train alone: the script for openTorsion has its linear model, and prints its natural frequencies; that for ROSS
+    has its gears, and puts mesh forces that gearchaos has simulated on the nodes of rotors.
+
     Parameters
     ----------
     model : MeshModel, GearPair, GearDesign or Train
         With its initial values.
-    tool : {"scipy", "dynamicalsystems.jl"}
+    tool : {"scipy", "dynamicalsystems.jl", "opentorsion", "ross"}
         "dynamicalsystems.jl" is a package of Julia.
 
     Returns
@@ -47,8 +52,8 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     Raises
     ------
     InputError
-        For another tool, what is no model, tooth pairs of a pair that share the load, or for Julia a train, or a
-        damping that does not act always.
+        For another tool, what is no model, tooth pairs of a pair that share the load, for Julia a train, or a damping
+        that does not act always, for openTorsion a train whose centres move.
 
     Examples
     --------
@@ -57,13 +62,16 @@ def script(model: AnyModel, tool: str = "scipy") -> str:
     >>> "omega = 1.0  # mesh frequency" in text
     True
     """
-    if str(tool) not in TEMPLATES:
-        raise unknown_name("tool", str(tool), TEMPLATES)
+    if str(tool) not in (tools := {**TEMPLATES, **_OF_TRAINS}):
+        raise unknown_name("tool", str(tool), tools)
     found = as_model(model)
     if found.mesh_names:
-        if tool != "scipy":
-            raise InputError("tool", "must be scipy for a train", str(tool))
-        return _train_script(found)
+        if tool not in _OF_TRAINS:
+            raise InputError("tool", f"must be one of {', '.join(_OF_TRAINS)} for a train", str(tool))
+        return _OF_TRAINS[tool](found)
+    if tool not in TEMPLATES:
+        raise InputError("tool", f"must be {' or '.join(TEMPLATES)} for a single pair", str(tool),
+                         "A pair can be described as a [train] of two bodies.")
     found.stiffness.check_one_spring("a script")
     if (found.law.in_contact or found.law.acts_as) and tool != "scipy":
         raise InputError("damping_law", "must be always for a script in Julia", found.damping_law,
@@ -119,6 +127,50 @@ def _train_script(model: Any) -> str:
         _TRAIN, **{name: repr(values.tolist()) for name, values in arrays.items()}, omega=repr(omega),
         names=list(system.names), meshes=", ".join(contacts.names), max_step=repr(float(f"{length:.2g}")),
         length=repr(model.units.length), rate=repr(model.units.rate))
+
+
+def _opentorsion_script(model: Any) -> str:
+    """The script of the linear train for openTorsion."""
+    train, found = model.train, structure(model.train)
+    if moving := [body.name for body in train.bodies if body.mass is not None]:
+        raise InputError("tool", "must be another one where centres of bodies move", moving[0],
+                         "In openTorsion all axes rest: leave out supports. Planets have no counterpart there.")
+    names = [body.name for body in found.free]
+    parts: dict[str, list[Any]] = {"disks": [(body.name, i, f"I={body.inertia!r}, c={body.damping!r}")
+                                             for i, body in enumerate(found.free)], "shafts": [], "meshes": []}
+    for each in found.linear:
+        k, c, at = mean_stiffness(each), each.damping, np.flatnonzero(each.row).tolist()
+        first, second = (float(each.row[i]) for i in (at[0], at[-1]))
+        if len(at) == 1:  # the other end is held
+            parts["disks"].append((each.name, *at, f"I=0.0, c={c * first**2!r}, k={k * first**2!r}"))
+        elif first == -second:
+            parts["shafts"].append((each.name, *at, f"k={k * first**2!r}, c={c * first**2!r}"))
+        else:
+            radii = abs(first), math.copysign(second, first * second)
+            parts["meshes"].append((each.name, *at, f"{radii!r}, {k!r}, {c!r}"))
+    return _rendered("opentorsion.py.j2", nodes=repr({name: i for i, name in enumerate(names)}), **parts)
+
+
+def _ross_script(model: Any) -> str:
+    """The script of the meshes of a train for ROSS."""
+    train, found = model.train, structure(model.train)
+    elements = {each.name: each for each in found.contacts}
+    meshes = []
+    for mesh in train.meshes:
+        ra, rb = mesh.base_radii
+        held = train.carrier(mesh)
+        own = 1.0 if train.ratios[mesh.between[0]] >= (train.ratios[held] if held else 0) else -1.0
+        meshes.append((repr(mesh.name), repr({
+            "bodies": mesh.between, "teeth": mesh.teeth, "base_diameters": (2 * ra, 2 * rb),
+            "torque_over_force": (-own * ra, own * (rb if mesh.internal else -rb)),
+            "stiffness": mean_stiffness(elements[mesh.name]), "damping": mesh.damping})))
+    return _rendered("ross.py.j2", inertias=repr({body.name: body.inertia for body in train.bodies}),
+                     meshes=meshes)
+
+
+_OF_TRAINS: dict[str, Callable[[Any], str]] = {
+    "scipy": _train_script, "opentorsion": _opentorsion_script, "ross": _ross_script}
+"""Scripts of trains, by the tool."""
 
 
 def _operation(sign: str, turned: bool = False) -> Callable[[Any, object], _Text]:

@@ -13,7 +13,7 @@ import gearchaos as gc
 from gearchaos.interchange.scripts import TEMPLATES
 from gearchaos.model import SteppedStiffness
 from gearchaos.studyfile import load_design
-from tests import ONE_SPRING
+from tests import EXAMPLES, ONE_SPRING
 from tests.commands import ask, refused
 
 sympy = pytest.importorskip("sympy")
@@ -92,7 +92,11 @@ def test_a_script_of_gears_says_what_its_units_are():
 
 
 @pytest.mark.parametrize(("call", "message"), [
-    (lambda: gc.script(MODEL, "matlab"), "tool must be one of dynamicalsystems.jl, scipy; got 'matlab'"),
+    (lambda: gc.script(MODEL, "matlab"),
+     "tool must be one of dynamicalsystems.jl, opentorsion, ross, scipy; got 'matlab'"),
+    (lambda: gc.script(MODEL, "ross"), "tool must be scipy or dynamicalsystems.jl for a single pair; got 'ross'"),
+    (lambda: gc.script(gc.open(EXAMPLES / "train_planetary.toml"), "opentorsion"),
+     "tool must be another one where centres of bodies move; got 'sun'"),
     (lambda: gc.script("x"), "model must be a "),
     (lambda: gc.from_sympy({}), "symbolic must be a SymbolicModel; got 'a dict'")])
 def test_what_is_no_tool_or_model_is_refused(call, message):
@@ -110,7 +114,7 @@ def test_the_command_writes_the_script(tmp_path):
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    (["--for", "matlab"], "--for must be one of julia, scipy; got 'matlab'"),
+    (["--for", "matlab"], "--for must be one of julia, opentorsion, ross, scipy; got 'matlab'"),
     (["--for", "julia", "--out", "gear.py"], "--out must end in .jl")])
 def test_the_command_refuses(options, message):
     assert message in refused("script", *options)

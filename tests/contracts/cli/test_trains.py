@@ -115,7 +115,7 @@ def test_a_store_takes_a_train(tmp_path):
 
 @pytest.mark.parametrize(("command", "field"), [
     ("gear {}", "study file must have a table [design]"), ("gear {}", "gearchaos assess says which speeds"),
-    ("script {} --for julia", "tool must be scipy for a train"),
+    ("script {} --for julia", "tool must be one of scipy, opentorsion, ross for a train"),
     ("prove-chaos {}", "model must be a single pair for a proof"), ("regime {} --prove", "model must be a single pair"),
     ("manifolds {} --out m.nc", "model must be a single pair for manifolds"),
     ("zones {} --axis speed=500:900:2 --axis loose.tork=1:2:2 --out z.nc", "must be one of"),

@@ -35,8 +35,7 @@ class Modes:
 def modes(train: Train) -> Modes:
     """The natural modes of a train."""
     found = structure(train)
-    sprung = {element.name for element in found.springs}  # stops act where a shaft has no spring beside them
-    elements = [each for each in found.contacts if not (each.stops and each.name in sprung)] + found.springs
+    elements = found.linear
     mass = found.mass(as_given)[0]
     rows = np.array([element.row for element in elements])
     k = np.array([mean_stiffness(element) for element in elements])

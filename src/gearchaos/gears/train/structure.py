@@ -82,6 +82,12 @@ class Structure:
                 self.springs += [Element(body.name, row, {}, "", held.stiffness, held.damping) for row in rows]
         self._choose()
 
+    @property
+    def linear(self) -> list[Element]:
+        """The elements while all meshes are in contact; stops act where a shaft has no spring beside them."""
+        sprung = {element.name for element in self.springs}
+        return [each for each in self.contacts if not (each.stops and each.name in sprung)] + self.springs
+
     def _own_axes(self, body: Body) -> tuple[str, ...]:
         """The axes along which the centre of a body moves by itself."""
         held = body.support or body.pin
