@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # units that are not those of SI: the unit of SI, and how many of them it is
-_SI = {"µm": ("m", 1e6), "mm/s": ("m/s", 1e3), "ms": ("s", 1e3), "rpm": ("rad/s", 30 / math.pi)}
+_SI = {"µm": ("m", 1e6), "mm/s": ("m/s", 1e3), "µrad": ("rad", 1e6), "mrad/s": ("rad/s", 1e3), "ms": ("s", 1e3),
+       "rpm": ("rad/s", 30 / math.pi)}
 _ROWS = 20_000  # most rows of a table that are in memory at once, if the caller does not say how many
 
 

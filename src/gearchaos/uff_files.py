@@ -23,8 +23,8 @@ RATE_OVER_HIGHEST = 2.56
 
 _STEPS = (1.0, 2.0, 2.5, 4.0, 5.0, 10.0)  # of rates per second whose inverse a header writes exactly, in six digits
 # by unit: the unit of SI and how many of them it is, the type of the data, and the exponents of length and force
-_UNITS = {"N": ("N", 1.0, 9, 0, 1), "µm": ("m", 1e6, 8, 1, 0), "m/s^2": ("m/s^2", 1.0, 12, 1, 0),
-          "rpm": ("rpm", 1.0, 19, 0, 0)}
+_UNITS = {"N": ("N", 1.0, 9, 0, 1), "N*m": ("N*m", 1.0, 1, 1, 1), "µm": ("m", 1e6, 8, 1, 0),
+          "m/s^2": ("m/s^2", 1.0, 12, 1, 0), "rpm": ("rpm", 1.0, 19, 0, 0)}
 _PER_SECOND = {"ms": 1e3}  # instants of a result that are not in seconds
 _WAYS = {"up": "speed rising", "down": "speed falling"}
 

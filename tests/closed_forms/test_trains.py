@@ -109,6 +109,43 @@ def test_the_exponents_of_a_train_sum_to_its_mean_trace():
     assert verdict.contact != "permanent" and verdict.trace_error < 1e-9
 
 
+def stopped(speed: float, inertia: float, **shaft: float) -> gc.Train:
+    """A body on a shaft with stops, on a frame that turns uniformly."""
+    bodies = [gc.Body(name="frame", motion=[]), gc.Body(name="body", inertia=inertia)]
+    return gc.Train(speed=speed, bodies=bodies, shafts=[gc.Shaft(name="stop", between=("body", "frame"), **shaft)])
+
+
+@pytest.mark.filterwarnings("ignore:The mode of .* is hardly damped")
+def test_an_oscillator_with_one_soft_wall_has_the_period_of_both_halves():
+    """From rest on the free side, π/ω with the spring alone and π/ω with both: S. W. Shaw, P. J. Holmes, J. Sound Vib.
+    90 (1983) 129."""
+    spring, wall, inertia, start = 1e3, 9e4, 2.0, -0.3
+    periods = [np.pi / np.sqrt(k / inertia) for k in (spring, spring + wall)]
+    train = stopped(60 / sum(periods), inertia, stiffness=spring, stop=0, stop_back=100, stop_stiffness=wall)
+    assert train.period == pytest.approx(sum(periods), rel=1e-14)
+    model = replace(as_model(train), initial={"z": start / as_model(train).units.length, "z_dot": 0.0})
+    found = gc.physical(gc.simulate(model, 3, samples=4))
+    assert found.section_z.values == pytest.approx(np.full(3, 1e6 * start), rel=1e-9)
+    assert np.abs(found.section_z_dot.values).max() < 1e-6 * 1e3 * abs(start) * np.sqrt(spring / inertia)
+    assert (found.section_z.units, found.section_z_dot.units, found.mesh_force.units) == ("µrad", "mrad/s", "N*m")
+    assert found.mesh_force.values[0, 0] == 0  # the wall's torque
+
+
+def test_a_body_that_rattles_between_stops_loses_half_a_damped_cycle_at_each():
+    """The body of MSL's example of backlash, whose stops are damped while they touch: from one turning point to the
+    next the amplitude beyond the play falls by exp(−πζ/√(1 − ζ²))."""
+    inertia, stiffness, damping, half = 5.0, 2e4, 50.0, np.pi / 8
+    train = stopped(20.0, inertia, stop=half, stop_stiffness=stiffness, stop_damping=damping)
+    model = replace(as_model(train), initial={"z": np.pi / 2 / as_model(train).units.length, "z_dot": 0.0})
+    found = gc.physical(gc.simulate(model, 1, samples=2**14)).z.values * 1e-6
+    ratio = damping / 2 / np.sqrt(inertia * stiffness)
+    fall = np.exp(-np.pi * ratio / np.sqrt(1 - ratio**2))
+    turning = [half + (np.pi / 2 - half) * fall**n for n in (1, 2)]
+    lowest = int(np.argmin(found))
+    assert found[lowest] == pytest.approx(-turning[0], rel=1e-5)  # -1.3108 rad
+    assert found[lowest:].max() == pytest.approx(turning[1], rel=1e-5)
+
+
 @pytest.mark.filterwarnings("ignore:The mode of .* is hardly damped")
 def test_the_momentum_of_an_undamped_free_train_stays_as_it_is():
     """Without damping and excitation the energy after many impacts is that of the start."""

@@ -141,22 +141,26 @@ def print_modes(dataset: xr.Dataset) -> None:
     """Print the lowest frequency with the speeds at which meshes meet it, and a table of modes with the springs that
     hold most of their energy and the body that moves most."""
     content = modes_document(dataset)
-    meshes = {name: short for name, short in _excitations(dataset).items() if name.startswith("mesh ")}
+    excitations = _excitations(dataset)
+    meshes = {name: short for name, short in excitations.items() if name.startswith("mesh ")}
     elastic = [mode for mode in content["modes"] if not mode["rigid"]]
     if not elastic:
         print("no mode deflects anything")
         return
-    many = len(meshes) > 1
-    met = [f"{f'that of {short} ' * many}at {elastic[0]['met_at'][name]:.5g} rpm" for name, short in meshes.items()]
-    print_wrapped(f"lowest natural frequency {elastic[0]['frequency']:.5g} Hz, met by the mesh frequency{':' * many} "
+    many, harmonics = len(meshes) > 1, range(1, (_HARMONICS if meshes else 1) + 1)
+    by = f"the mesh frequency{':' * many}" if meshes else "excitations:"
+    names = meshes or excitations
+    met = [f"{f'that of {short} ' * (many or not meshes)}at {elastic[0]['met_at'][name]:.5g} rpm"
+           for name, short in names.items()]
+    print_wrapped(f"lowest natural frequency {elastic[0]['frequency']:.5g} Hz, met by {by} "
                   f"{', '.join(met)} of {content['first_body']}; all meshes in contact at their mean stiffnesses")
-    title = f"met at rpm by\n{', '.join(f'{n}×' for n in range(1, _HARMONICS + 1))}"
+    title = f"met at rpm by\n{', '.join(f'{n}×' for n in harmonics)}"
     table = plain_table("mode", "Hz", "ζ", title, "energy in", "moves most", left=("energy in", "moves most"))
     for number, mode in enumerate(content["modes"], 1):
         moving = max(dataset["body"].values.tolist(), key=mode["shares"].__getitem__)
         values = ["rigid", "", ""] if mode["rigid"] else [
             f"{mode['frequency']:.5g}", f"{mode['damping_ratio']:.2g}", "\n".join(
-                ", ".join(f"{mode['met_at'][name] / n:.0f}" for n in range(1, _HARMONICS + 1)) for name in meshes)]
+                ", ".join(f"{mode['met_at'][name] / n:.0f}" for n in harmonics) for name in names)]
         table.add_row(str(number), *values, _energy_in(dataset, mode), moving)
     print_table(table)
 

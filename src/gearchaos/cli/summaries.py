@@ -184,8 +184,10 @@ def print_train(verdict: Verdict) -> None:
         parts.append("all others keep contact" if parts else "all meshes keep contact")
     answer = f"{verdict.label}: {'; '.join(parts)}"
     print(textwrap.fill(answer, _WIDTH, subsequent_indent="  ", break_on_hyphens=False))
+    model: Any = verdict.model
+    part, unit = ("shaft", "(N m)") if model.train.scales.angular else ("mesh", "(N)")
     table = plain_table(
-        "mesh", "contact", "front", "back", "peak (N)", "rms (N)", "impacts/s", "dynamic\nfactor", gap=1)
+        part, "contact", "front", "back", f"peak {unit}", f"rms {unit}", "impacts/s", "dynamic\nfactor", gap=1)
     for name, found in verdict.meshes.items():
         shares = (f"{100 * found[side]:.4g} %" for side in ("front_share", "back_share"))
         numbers = (found[n] for n in ("force_peak", "force_rms", "impacts_per_second", "dynamic_factor"))

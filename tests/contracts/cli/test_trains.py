@@ -8,6 +8,7 @@ import xarray as xr
 import gearchaos as gc
 from gearchaos.cli.modes import print_modes
 from gearchaos.errors import InputError
+from gearchaos.explorer.core.models import operating_axes
 from gearchaos.studies.maps.bifurcation import Bifurcation
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
@@ -168,6 +169,40 @@ def test_meetings_of_harmonics_and_modes_are_those_within_the_speeds():
     assert "meetings" not in run_json("modes", path)
     assert "must be a speed or a range" in refused("modes", path, "--speed", "500:4000:3")
     assert "order 2 of driver" in ask("modes", LOOSE, "--speed", "135 krpm").stdout
+
+
+WALL = """
+[train]
+speed = "600 rpm"
+bodies = [{ name = "frame", motion = [] },
+          { name = "mass", inertia = 1, torque_orders = [{ order = 1, amplitude = 100 }] }]
+[[train.shafts]]
+name = "wall"
+between = ["mass", "frame"]
+stiffness = "1000 N*m/rad"
+damping = "3 N*m*s/rad"
+stop = "0.01 rad"
+stop_back = "1000 rad"
+stop_stiffness = "1e5 N*m/rad"
+"""
+
+
+def test_a_train_of_stops_alone_has_angles_and_torques(tmp_path):
+    path = tmp_path / "wall.toml"
+    path.write_text(WALL)
+    lines = ask("regime", path).stdout.splitlines()
+    assert lines[0] == "1T: contact is lost at wall" and max(map(len, lines)) <= 80
+    assert lines[2].split()[:5] == ["shaft", "contact", "front", "back", "peak"] and "peak (N m) rms (N m)" in lines[2]
+    assert any(line.startswith("rms of z, wall") and line.endswith("µrad") for line in lines)
+    modes = " ".join(ask("modes", path).stdout.split())
+    assert "met by excitations: that of order 1 of mass at 301.98 rpm of frame" in modes and " ζ 1× energy" in modes
+    asked = ask("simulate", path, "--periods", 1, "--samples", 4, "--physical", "--out", tmp_path / "wall.csv")
+    titles = (tmp_path / "wall_tau_mesh.csv").read_text().splitlines()[0]
+    assert asked.exit_code == 0 and "deflection [urad],deflection [rad]" in titles and "mesh_force [N*m]" in titles
+    for command in (["orders"], ["runup", "--speed", "500:600"]):
+        assert "model must have a mesh" in ask(command[0], path, *command[1:], code=2).stderr
+    with pytest.raises(InputError, match="must have at least one entry to be explored"):
+        operating_axes(gc.open(path))
 
 
 def test_meshes_of_one_order_are_said_once(capsys):

@@ -84,7 +84,7 @@ REFUSED = [
     (train(sped=3), "train", "must have no key but speed", "Did you mean 'speed'?"),
     ({"bodies": [body("a")], "meshes": []}, "train.speed", "must be given"),
     ({"speed": 1, "meshes": [mesh("a", "b")]}, "train.bodies", "must be given"),
-    (train(meshes=[]), "train.meshes", "must have at least one entry"),
+    (train(meshes=[]), "train.meshes", "must have at least one entry, or a shaft must have a stop"),
     (train(body("a"), {"inertia": 1}), "body number 2: name", "must be given"),
     (train("a"), "body number 1", "must be a Body or a table"),
     (with_mesh(design=3), "mesh a/b: design", "must be a GearDesign or a GearPair"),

@@ -212,6 +212,9 @@ def map_cells(model: MeshModel) -> tuple[int, int]:
 def operating_axes(gears: Gears) -> tuple[Axis, Axis]:
     """The axes of speed and torque that a page shows first."""
     if is_train(gears):
+        if not gears.meshes:
+            raise InputError("train.meshes", "must have at least one entry to be explored", [],
+                             "gearchaos regime, bifurcation and rattle take a train of stops alone.")
         model: Any = TrainModel(gears)
         x, y = (Axis(name, *trains.range_around(model, name)[:2], count)
                 for name, count in zip(trains.varied_names(model), map_cells(model), strict=False))

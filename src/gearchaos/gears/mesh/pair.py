@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
@@ -54,6 +54,14 @@ class Scales(Generic[Value]):
     rate: Value  # ω0, 1/s, for Lyapunov exponents
     torque1: Value  # c0 R_n Δ, for the driving and the driven wheel
     torque2: Value
+
+    angular: ClassVar[bool] = False  # whether lengths are angles, rad, and forces torques, N m
+
+
+class AngularScales(Scales[Value]):
+    """Those of a train whose contacts are stops of shafts alone."""
+
+    angular = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -98,8 +98,8 @@ def _scales(dataset: xr.Dataset, gears: Gears) -> Scales[Any]:
     found = [pair_of(gears, value).scales for value in torque.values.ravel().tolist()]
     if all(scales == found[0] for scales in found):
         return found[0]
-    names = [f.name for f in fields(Scales)]
-    return Scales(**{n: torque.copy(data=np.reshape([getattr(s, n) for s in found], torque.shape)) for n in names})
+    names, kind = [f.name for f in fields(Scales)], cast(Any, type(found[0]))
+    return kind(**{n: torque.copy(data=np.reshape([getattr(s, n) for s in found], torque.shape)) for n in names})
 
 
 def _checked_gears(dataset: Any, pair: Any) -> Gears:
@@ -151,7 +151,13 @@ def unit_of(name: str, scales: Scales[Value]) -> tuple[Value, str] | None:
     found = find(name)
     if found is None or found.physical is None:
         return None
-    return getattr(scales, found.physical.scale) * found.physical.factor, found.physical.unit
+    unit = found.physical.unit
+    return getattr(scales, found.physical.scale) * found.physical.factor, (
+        _ANGULAR.get(unit, unit) if scales.angular else unit)
+
+
+_ANGULAR = {"µm": "µrad", "mm/s": "mrad/s", "N": "N*m"}
+"""Units of angles and torques in place of those of deflections and forces of meshes."""
 
 
 def scaled(variables: Mapping[Any, Any], scales: Scales[Any]) -> dict[str, tuple[Any, Any, dict[str, Any]]]:

@@ -23,7 +23,7 @@ Train = Any
 """A `Train`, whose module checks its trains by this one."""
 
 RANK = 1e-9  # relative size of what is left of a row that depends on others
-_SMALLEST_LENGTH = 1e-6  # unit of length where no mesh has backlash, m
+_SMALLEST_LENGTH = 1e-6  # unit of length where no mesh has backlash, m, or where the stops of a shaft touch, rad
 
 Value = Callable[[str, str, float], np.ndarray]
 """A parameter of a part, by the name of that, its field, and the value of the train: (P,)."""
@@ -172,7 +172,7 @@ class Structure:
         self.S = np.array([element.row for element in self.chosen])
         _, _, v = np.linalg.svd(self.S)
         free = v[len(self.S):].T
-        radius = self.train.meshes[0].base_radii[0]
+        radius = self.train.first_radii[0]
         forward = np.where(free[:1] < 0, -1.0, 1.0)  # the first body in its own sense
         self.rigid = forward * free / np.abs(free).max(axis=0, initial=0.0) / radius  # (n, n - r)
         damped = any(body.damping for body in self.free)
@@ -302,7 +302,8 @@ def units_of(train: Train) -> Units:
     """The units of a train."""
     found = structure(train)
     first = found.contacts[0]
-    length = next((mesh.backlash / 2 for mesh in train.meshes if mesh.backlash), _SMALLEST_LENGTH)
+    lengths = [mesh.backlash / 2 for mesh in train.meshes] or [shaft.stop for shaft in train.shafts]
+    length = next(filter(None, lengths), _SMALLEST_LENGTH)
     stiffness = mean_stiffness(first)
     inverse = np.linalg.inv(found.mass(as_given)[0])
     return Units(length, float(np.sqrt(stiffness * first.row @ inverse @ first.row)), stiffness)

@@ -15,7 +15,7 @@ from gearchaos.display import HasCard
 from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.io import units
 from gearchaos.gears.io.fields import convert_fields, name_of, number, one, read_by, record
-from gearchaos.gears.mesh.pair import GearPair, Scales
+from gearchaos.gears.mesh.pair import AngularScales, GearPair, Scales
 from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.modes import hardly_damped
@@ -62,7 +62,8 @@ class Train(Damped, HasCard):
     bodies : list of Body or tables
     shafts : list of Shaft or tables
     meshes : list of Mesh or tables
-        At least one. Results without the name of a mesh are those of the first.
+        Results without the name of a mesh are those of the first. There may be none if a shaft has a stop: then lengths
+        are angles and forces torques, those of the stops.
     damping_law : {"always", "contact"}
         Where the damping of the meshes acts, which do not say it themselves.
     frequency_tolerance : float
@@ -95,7 +96,7 @@ class Train(Damped, HasCard):
 
     speed: Any = field(metadata=read_by(_speed))
     bodies: Any = field(metadata=read_by(parts(Body)))
-    meshes: Any = field(metadata=read_by(parts(Mesh)))
+    meshes: Any = field(default=(), metadata=read_by(parts(Mesh)))
     shafts: Any = field(default=(), metadata=read_by(parts(Shaft)))
     damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*SHARED_LAWS)))
     frequency_tolerance: Any = field(default=0.0, metadata=read_by(number(_TOLERANCE)))
@@ -118,9 +119,10 @@ class Train(Damped, HasCard):
 
     def __post_init__(self) -> None:
         convert_fields(self)
-        for kind in ("bodies", "meshes"):
-            if not getattr(self, kind):
-                raise InputError(kind, "must have at least one entry", [])
+        if not self.bodies:
+            raise InputError("bodies", "must have at least one entry", [])
+        if not self.meshes and all(shaft.stop is None for shaft in self.shafts):
+            raise InputError("meshes", "must have at least one entry, or a shaft must have a stop", [])
         first = self.bodies[0]
         if first.fixed:
             raise InputError(field_of(first, "fixed"), "must be false", True,
@@ -282,8 +284,9 @@ class Train(Damped, HasCard):
         for body in self.bodies:
             for each in (*(body.motion or ()), *body.torque_orders):
                 found[f"order {each.order:g} of {body.name}"] = each.ratio
-        return {name: order for name, order in found.items() if order} or {
-            f"mesh {self.meshes[0].name}": self._exact_order(self.meshes[0])}
+        of_nothing = {f"mesh {mesh.name}": self._exact_order(mesh) for mesh in self.meshes[:1]} or {
+            f"turn of {self.bodies[0].name}": Fraction(1)}
+        return {name: order for name, order in found.items() if order} or of_nothing
 
     @cached_property
     def followed(self) -> dict[Fraction, Fraction]:
@@ -343,13 +346,19 @@ class Train(Damped, HasCard):
         return self
 
     @property
+    def first_radii(self) -> tuple[float, float]:
+        """The base radii of the first mesh, by which its forces become torques; 1 where stops alone have contact."""
+        return self.meshes[0].base_radii if self.meshes else (1.0, 1.0)
+
+    @property
     def scales(self) -> Scales[float]:
         """SI value of one unit of each dimensionless quantity; torques are those at the first mesh."""
         units = self.reference or units_of(self)
-        first, second = self.meshes[0].base_radii
-        return Scales(length=units.length, time=1 / units.rate, velocity=units.length * units.rate, force=units.force,
-                      stiffness=units.stiffness, frequency=units.rate / (2 * math.pi), rate=units.rate,
-                      torque1=units.force * first, torque2=units.force * second)
+        first, second = self.first_radii
+        kind = Scales if self.meshes else AngularScales
+        return kind(length=units.length, time=1 / units.rate, velocity=units.length * units.rate, force=units.force,
+                    stiffness=units.stiffness, frequency=units.rate / (2 * math.pi), rate=units.rate,
+                    torque1=units.force * first, torque2=units.force * second)
 
     @property
     def torque(self) -> float:

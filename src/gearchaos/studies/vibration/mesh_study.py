@@ -36,6 +36,9 @@ class MeshStudy(WholeStudy):
     def __post_init__(self) -> None:
         super().__post_init__()
         checked_operating_model(self.model)  # type: ignore[arg-type]
+        model: Any = self.model
+        if model.mesh_names and not model.train.meshes:
+            raise InputError("model", "must have a mesh", "a train of shafts with stops alone")
         if self.mesh is not None and not self.model.mesh_names:
             raise InputError("mesh", "must be left out for a single pair", self.mesh)
         if self.mesh is not None and self.mesh not in self.model.mesh_names:
