@@ -138,6 +138,16 @@ def test_a_value_that_is_set_is_no_longer_assumed():
     assert model.with_values({"a/b.backlash": 2e-4}).assumptions == model.assumptions
 
 
+def test_a_speed_that_is_set_may_be_that_of_another_body():
+    model = as_model(designed())
+    assert model.with_values({"speed": {"b": "300 rpm"}}).train.speed == pytest.approx(450, rel=1e-14)
+    for value, message in (({"c": 1}, "must be one of a, b"), ({"a": 1, "b": 2}, "must be that of one body")):
+        with pytest.raises(InputError, match=message):
+            model.with_values({"speed": value})
+    with pytest.raises(InputError, match="torque must be a torque"):
+        model.with_values({"torque": {"b": 3}})
+
+
 def test_what_is_left_open_without_a_design_is_said():
     three = two_wheels(stiffness=1e3)
     assert three.assumptions == ("no transmission error: a/b", "no damping: b-c")

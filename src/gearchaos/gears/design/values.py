@@ -171,8 +171,9 @@ def module_of(diametral_pitch: Any) -> units.Measured:
     return units.Measured(INCH / number, "in", INCH)
 
 
-INTERNAL = ("An internal gear pair is a mesh of a [train]: positive numbers of teeth, internal = true, its base radii "
-            "and stiffness: examples/train_planetary.toml has one. A [design] computes external teeth alone.")
+INTERNAL = ("An internal gear pair is a mesh of a [train]: positive numbers of teeth, internal = true, base radii "
+            "m_t z cos(α_t)/2 and a stiffness. In a planetary set, [train.planets], with the design of sun and planets "
+            "both are computed, the stiffness by ISO 6336-1. A [design] computes external teeth alone.")
 """What to do with the drawing of an internal gear pair."""
 
 

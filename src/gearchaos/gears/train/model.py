@@ -211,8 +211,8 @@ class TrainModel(GearModel):
         return {**self.parameters(), **self.initial}.get(found)
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """This model with values replaced by name: ``speed``, ``torque``, parameters of parts such as
-        ``loose.torque``, ``damping_law``, and initial values by coordinate."""
+        """This model with values replaced by name: ``speed``, also that of another body as a table, ``torque``,
+        parameters of parts such as ``loose.torque``, ``damping_law``, and initial values by coordinate."""
         if not values:
             return self
         law = {"damping_law": values["damping_law"]} if "damping_law" in values else {}
@@ -221,7 +221,8 @@ class TrainModel(GearModel):
         flat = self.expand({n: v for n, v in values.items() if n != "damping_law"})
         initial = {**self.initial, **{n: v for n, v in flat.items() if n in self.state_names}}
         train = replace(self.train, reference=self.units, **law)
-        point = {n: to_si(n, flat[n], unit) for n, unit in (("speed", SPEED), ("torque", TORQUE)) if n in flat}
+        point = {n: flat[n] if n == "speed" and isinstance(flat[n], Mapping) else to_si(n, flat[n], unit)
+                 for n, unit in (("speed", SPEED), ("torque", TORQUE)) if n in flat}
         train = train.at(**point) if point else train
         for name, found in ((n, p) for n, p in self._known.items() if n in flat):
             parts = list(getattr(train, found.kind))
