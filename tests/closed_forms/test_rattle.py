@@ -1,6 +1,7 @@
 """Rattle of a loose wheel: the onset in closed form, and what a scan says of it."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,31 @@ def test_the_onset_is_that_of_the_closed_form(scan):
     assert scan.onset_value.values == pytest.approx([-onset()], rel=1e-7)
     assert scan.onset_linear.values == pytest.approx([-onset()], rel=1e-7)
     assert scan.onset_mesh.values.tolist() == ["driver/loose"]
+
+
+def two_loose_wheels() -> gc.Rattle:
+    """Alike but for their drag, which is half as large again for the second one, on a driver that nothing moves."""
+    one = loose_train("always")
+    wheels = [replace(one.body("loose"), name=name, torque=torque) for name, torque in (("p", -0.2), ("q", -0.3))]
+    meshes = [replace(one.meshes[0], between=("driver", wheel.name), name=wheel.name + "!") for wheel in wheels]
+    train = gc.Train(speed=800.0, damping_law="always", bodies=[one.bodies[0], *wheels], meshes=meshes)
+    return gc.Rattle(train, "torque=-0.2:-0.05:4", settings=SHORT)
+
+
+def test_onsets_of_several_meshes_are_searched_together():
+    found = two_loose_wheels().run(threads=2)
+    assert found.onset_mesh.values.tolist() == ["p!", "q!"]
+    assert found.onset_value.values == pytest.approx([-onset(), -onset() / 1.5], rel=1e-7)
+    assert found.onset_linear.values == pytest.approx([-onset(), -onset() / 1.5], rel=1e-7)
+
+
+def test_a_part_that_is_tried_has_no_onsets_and_tells_how_many_there_are():
+    study = two_loose_wheels()
+    found = study.thinned(1.0).run()
+    assert found.sizes["onset"] == 0 and found.mesh_contact.equals(study.run().mesh_contact)
+    none = study.needed(found.assign(mesh_contact=0 * found.mesh_contact))
+    one = study.needed(found.where(found.mesh != "q!", 0))
+    assert none == 1 and study.needed(found) - 1 == pytest.approx(2 * (one - 1)) and one > 1.2
 
 
 @pytest.mark.slow

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from gearchaos.datasets import describe, new_dataset, variable
-from gearchaos.dynamics import Classification, classify
+from gearchaos.dynamics import Classification
 from gearchaos.dynamics.response import CONTACTS, MESH, MeshResponse
 from gearchaos.errors import InputError, unknown_name
+from gearchaos.execute.tiles import interleaved
+from gearchaos.flow import WIDTH
 from gearchaos.model import vary
 from gearchaos.model.contacts import MeshContacts
 from gearchaos.model.switched import switched_system
@@ -22,6 +24,7 @@ from gearchaos.studies.core.initial_value_problems import initial_value_problems
 from gearchaos.studies.core.options import axis_option, option
 from gearchaos.studies.core.study import ClassifyingStudy, WholeStudy, mesh_coordinate
 from gearchaos.studies.maps.bifurcation import BIFURCATION_SETTINGS, Bifurcation
+from gearchaos.studies.motion.batch_classification import classify_batch
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +33,7 @@ HISTORIES = {"rest": "fixed", "rising": "up", "falling": "down"}
 """How a motion is reached: from rest, or by a slow sweep of the axis; and the mode of `Bifurcation`."""
 
 _PERMANENT = CONTACTS.index("permanent")
-_PARTS, _ROUNDS = 16, 7  # of the search of an onset: parts of the interval in each round
+_PARTS, _ROUNDS = WIDTH + 1, 9  # of the search of an onset: parts of the interval, whose inner ends are one pack
 _INSTANTS = 4096  # of a period at which a linear force of several orders is looked at
 
 
@@ -92,6 +95,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
     summary: ClassVar[str] = "rattle"
     model_words: ClassVar[str] = "It must be a train."
     default_settings: ClassVar[Classification] = BIFURCATION_SETTINGS
+    searches_onsets = True  # a part that is tried for the price does not
 
     axis: Axis = axis_option('A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".')
     mesh: str | None = option(None, "The mesh whose onset is looked for; by default all.")
@@ -114,6 +118,18 @@ class Rattle(ClassifyingStudy, WholeStudy):
         one = self._scan("up").cost
         return replace(one, motions=3 * one.motions, sequential=2 * one.sequential)
 
+    def thinned(self, share: float) -> Self:
+        """As of every study, without the search of onsets: their number is that of all values."""
+        found = super().thinned(share)
+        found._set(searches_onsets=False)
+        return found
+
+    def needed(self, found: Any) -> float:
+        """All of the bound, and beyond it the search of onsets: as many as this part shows."""
+        count = len(self._changes(found["mesh_contact"].values[0] == _PERMANENT))
+        search = replace(self._scan("fixed").cost, motions=count * _ROUNDS * WIDTH)
+        return 1.0 + search.seconds() / self.cost.seconds()
+
     def _scan(self, mode: str) -> Bifurcation:
         return Bifurcation(self.model, self.axis, points=0, mode=mode, settings=self.settings)  # type: ignore[arg-type]
 
@@ -126,7 +142,8 @@ class Rattle(ClassifyingStudy, WholeStudy):
         found = {n: variable(n, over[: v.ndim], v) for n, v in data.items()}
         ratio = self._excitation(self.axis.values)
         found["excitation_ratio"] = variable("excitation_ratio", over[1:], ratio)
-        onsets = self._onsets(data["mesh_contact"][0] == _PERMANENT)
+        permanent = data["mesh_contact"][0] == _PERMANENT
+        onsets = self._onsets(permanent, progress=progress, threads=threads) if self.searches_onsets else []
         columns = zip(*onsets, strict=True) if onsets else ((), (), ())
         axis = self.axis.name
         for name, values in zip(("onset_value", "onset_linear", "onset_mesh"), columns, strict=True):
@@ -137,25 +154,41 @@ class Rattle(ClassifyingStudy, WholeStudy):
                   axis: variable(axis, (axis,), self.axis.values)}
         return new_dataset(found, coords | mesh_coordinate(self.model), self.provenance(mesh=self.mesh))
 
-    def _onsets(self, permanent: np.ndarray) -> list[tuple[float, float, str]]:
-        """Value, linear value and mesh of each change between two values of the axis, from (count, K)."""
-        def stays(values: np.ndarray) -> np.ndarray:
-            problem = initial_value_problems(self.model, {self.axis.name: values})
-            found = classify(problem.flow, problem.w, settings=self.classification)
-            return found.meshes.mesh_contact == _PERMANENT
+    def _changes(self, permanent: np.ndarray) -> list[tuple[int, int]]:
+        """Where meshes begin or cease to keep contact between two values of the axis: the indices of mesh and value."""
+        return [(m, i) for m, name in enumerate(self.model.mesh_names) if self.mesh in (None, name)
+                for i in np.flatnonzero(permanent[1:, m] != permanent[:-1, m]).tolist()]
 
-        out, values, below = [], self.axis.values, self._excitation(self.axis.values) < 1
-        for m, name in enumerate(self.model.mesh_names):
-            if self.mesh not in (None, name):
-                continue
-            vanishes = np.flatnonzero(below[1:, m] != below[:-1, m])  # where the linear deflection begins to
-            for i in np.flatnonzero(permanent[1:, m] != permanent[:-1, m]).tolist():
-                real = _first_change(lambda v, m=m: stays(v)[:, m], values[i], values[i + 1])
-                nearest = i if not len(vanishes) else int(vanishes[np.argmin(np.abs(values[vanishes] - values[i]))])
-                linear = _first_change(lambda v, m=m: self._excitation(v)[:, m] < 1, values[nearest],
-                                       values[nearest + 1])
-                out.append((real, linear, name))
-        return out
+    def _onsets(self, permanent: np.ndarray, *, progress: bool, threads: int | None) -> list[tuple[float, float, str]]:
+        """Value, linear value and mesh of each change between two values of the axis, from (count, K)."""
+        values, changes = self.axis.values, self._changes(permanent)
+        if not changes:
+            return []
+        meshes, at = np.array(changes).T
+        low, high, first = values[at], values[at + 1], permanent[at, meshes][:, None]
+        for _ in range(_ROUNDS):  # all onsets together
+            edges = np.linspace(low, high, _PARTS + 1, axis=1)
+            kept = self._keeps_contact(edges[:, 1:-1].ravel(), progress, threads)
+            inner = kept.reshape(len(at), _PARTS - 1, -1)[np.arange(len(at)), :, meshes]
+            k = np.argmax(np.diff(np.hstack([first, inner, ~first]).astype(int), axis=1) != 0, axis=1)
+            low, high = (edges[np.arange(len(at)), k + side] for side in (0, 1))
+        return [(float(real), self._linear_onset(m, i), self.model.mesh_names[m])
+                for real, (m, i) in zip((low + high) / 2, changes, strict=True)]
+
+    def _keeps_contact(self, values: np.ndarray, progress: bool, threads: int | None) -> np.ndarray:
+        """Whether each mesh keeps contact in the motion from rest, (V, K), at values (V,) of the axis."""
+        return classify_batch(
+            lambda numbers: initial_value_problems(self.model, {self.axis.name: values[numbers]}),
+            lambda _, motions, found: {"kept": found.meshes.mesh_contact == _PERMANENT},
+            interleaved(len(values), threads), settings=self.classification,
+            progress="onsets" if progress else None, threads=threads)["kept"]
+
+    def _linear_onset(self, mesh: int, near: int) -> float:
+        """The value nearest to that with an index at which the linear deflection of a mesh begins to vanish, or NaN."""
+        values, below = self.axis.values, self._excitation(self.axis.values)[:, mesh] < 1
+        vanishes = np.flatnonzero(below[1:] != below[:-1])
+        i = int(vanishes[np.argmin(np.abs(values[vanishes] - values[near]))]) if len(vanishes) else near
+        return _first_change(lambda v: self._excitation(v)[:, mesh] < 1, values[i], values[i + 1])
 
     def _excitation(self, values: np.ndarray) -> np.ndarray:
         """The largest fall of the linear deflection of each mesh below its mean, over that, at values (V,), (V, K)."""
