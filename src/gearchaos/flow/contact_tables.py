@@ -20,7 +20,7 @@ from gearchaos.flow.system import SwitchedSystem, fastest_rate, min_steps_per_pe
 
 _MEMORY = 128 << 20  # bytes of step tables and matrices that are kept for points
 _SETS = 6  # contact sets for which there is room at each step on the average; when it is used up it is used anew
-_LARGEST = 2 << 30  # bytes of the matrices of one point, of many coordinates and a long period
+_LARGEST = 2 << 30  # bytes of what these take at one point, of many coordinates and a long period
 MOST_UNROLLED = 8
 """Most coordinates for which kernels are compiled by themselves, 1.2 to 1.7 times faster: it took minutes for 24."""
 
@@ -72,11 +72,13 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
     steps, sizes = counts.sum(axis=1), (d, len(contacts.sides), len(rows))
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
-    few, more = (sum(array.nbytes for array in new_tables(1, 1, n, *sizes)) for n in (1, 2))
-    entries = min(both * _SETS, _LARGEST // (more - few))
-    one = new_tables(1, both, entries, *sizes)
-    places = min(points, max(1, _MEMORY // sum(array.nbytes for array in one)))
-    return found, new_tables(places, both, entries, *sizes)
+    room = both, _SETS * both, _SETS * len(sample) * (2 if np.any(found.span > 1) else 1)
+    least, entry, part = (sum(array.nbytes for array in new_tables(1, *numbers, *sizes))
+                              for numbers in ((1, 1, 1), (1, 2, 1), (1, 1, 2)))
+    share = min(1.0, _LARGEST / (room[1] * (entry - least) + room[2] * (part - least)))
+    room = both, *(max(1, int(share * number)) for number in room[1:])
+    places = min(points, max(1, _MEMORY // sum(array.nbytes for array in new_tables(1, *room, *sizes))))
+    return found, new_tables(places, *room, *sizes)
 
 
 def _spans(system: SwitchedSystem) -> np.ndarray:

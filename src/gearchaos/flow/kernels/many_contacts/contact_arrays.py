@@ -22,7 +22,7 @@ from gearchaos.flow.kernels.vector.measure import Measure
 OFFSETS = 3  # coefficients of an offset
 BUCKETS = 2048  # of the table in which the matrices of a step and a contact set are found
 TERMS = 2 * WIDTH  # places of a polynomial of degree `ORDER`
-CLEAR = 4  # numbers of a mesh, before those of each coordinate, that `contact_sets.add_set` writes
+CLEAR = 4  # numbers of a mesh that `contact_sets.add_set` writes
 
 
 class ContactPoints(NamedTuple):
@@ -58,13 +58,16 @@ class ContactPoints(NamedTuple):
 
 
 class StepTables(NamedTuple):
-    """The steps of points and the matrices of contact sets met so far, in S places with Q steps and E entries each.
+    """The steps of points and the motions with the contact sets met so far, in S places with Q steps, E entries and F
+    linear parts each.
 
-    Behind the steps of a period stand its leaps, described as steps are.
+    Behind the steps of a period stand its leaps, described as steps are. An entry is a step with a contact set; the
+    linear part of its motion serves all steps of a piece.
     """
 
     point: np.ndarray  # (S,) int, the point whose steps are in a place; -1 for none
     steps: np.ndarray  # (S,) int
+    piece: np.ndarray  # (S, Q) int, that of the period; those of leaps have other numbers
     duration: np.ndarray  # (S, Q) in units of τ
     phase: np.ndarray  # (S, Q) start as a fraction of the period
     sample: np.ndarray  # (S, Q) int, index of the sample at the start of the step, or -1
@@ -83,10 +86,21 @@ class StepTables(NamedTuple):
     follows: np.ndarray  # (S, E) int, the entry of the next step with the same set; -1 where none is known
     chain: np.ndarray  # (S, E) int, the next entry of the same bucket; -1 for none
     bucket: np.ndarray  # (S, BUCKETS) int, its first entry
-    matrix: np.ndarray  # (S, E, d + 1, d) w after the step: column j of E in row j, the constant in the last one
-    columns: np.ndarray  # (S, E, G, ORDER + 1, WIDTH) polynomials of w on the step, see `contact_sets.values_at`
-    outputs: np.ndarray  # (S, E, K + 1, d + 1, TERMS) polynomials of the displacements and of the measured velocity
-    clear: np.ndarray  # (S, E, K, CLEAR + d) see `contact_sets.add_set`
+    linear: np.ndarray  # (S, E) int, the linear part
+    shift: np.ndarray  # (S, E, d) w after the step from 0
+    shifts: np.ndarray  # (S, E, G1, ORDER + 1, WIDTH) its polynomials on the step, see `contact_sets.values_at`
+    shift_outputs: np.ndarray  # (S, E, K + 1, TERMS) those of the displacements and of the measured velocity
+    clear: np.ndarray  # (S, E, K, CLEAR) see `contact_sets.add_set`
+    parts: np.ndarray  # (S,) int, number of linear parts in use
+    part_piece: np.ndarray  # (S, F) int, piece and contact set of a linear part
+    part_closed: np.ndarray  # (S, F) int
+    part_chain: np.ndarray  # (S, F) int, the next linear part of the same bucket; -1 for none
+    part_bucket: np.ndarray  # (S, BUCKETS) int, its first one
+    equations: np.ndarray  # (S, F, d, d) A of w' = A w + ..., with the contacts that are closed
+    matrix: np.ndarray  # (S, F, d, d) w after the step: column j in row j
+    columns: np.ndarray  # (S, F, G, ORDER + 1, WIDTH) its polynomials on the step
+    outputs: np.ndarray  # (S, F, K + 1, d, TERMS)
+    bends: np.ndarray  # (S, F, K, d) bounds beside ``clear``
 
 
 class ContactWork(NamedTuple):
@@ -96,10 +110,10 @@ class ContactWork(NamedTuple):
     after: np.ndarray  # (d,)
     last: np.ndarray  # (d,) the state at the end of a step
     tangents: np.ndarray  # (T, d)
-    linear: np.ndarray  # (d, d) linear part of the motion on a segment
-    force: np.ndarray  # (ORDER + 1, d) its forcing
-    series: np.ndarray  # (d + 1, ORDER + 1, d) polynomials of the columns
+    force: np.ndarray  # (ORDER + 1, d) forcing of the motion on a segment
+    series: np.ndarray  # (ORDER + 1, d) polynomials of one
     values: np.ndarray  # (2 * G * WIDTH,) the columns at a point of the step, see `contact_sets.values_at`
+    shifts: np.ndarray  # (2 * G1 * WIDTH,) the motion from 0 there
     outputs: np.ndarray  # (K + 1, TERMS) polynomials of the displacements of the meshes and of the measured velocity
     shifted: np.ndarray  # (TERMS,) a polynomial on the rest of a step
     gaps: np.ndarray  # (groups * (ORDER + 1) * WIDTH,) polynomials of the gaps, `WIDTH` contacts in a group
@@ -109,8 +123,8 @@ class ContactWork(NamedTuple):
     progress: np.ndarray  # (4,) int: number of the trajectory, completed periods, whether it is loaded, segments kept
 
 
-def new_tables(places: int, steps: int, entries: int, d: int, m: int, k: int) -> StepTables:
-    """Empty tables with these numbers of places, steps, entries, coordinates, contacts and meshes."""
+def new_tables(places: int, steps: int, entries: int, parts: int, d: int, m: int, k: int) -> StepTables:
+    """Empty tables with these numbers of places, steps, entries, linear parts, coordinates, contacts and meshes."""
     def whole(*shape: int) -> np.ndarray:
         return np.full((places, *shape), -1, np.int64)
 
@@ -118,30 +132,28 @@ def new_tables(places: int, steps: int, entries: int, d: int, m: int, k: int) ->
         return np.zeros((places, *shape))
 
     return StepTables(
-        whole(), whole(), real(steps), real(steps), whole(steps), whole(steps), whole(steps), whole(steps),
+        whole(), whole(), whole(steps), real(steps), real(steps), whole(steps), whole(steps), whole(steps), whole(steps),
         whole(steps), real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH), real(steps, ORDER + 1, d),
         real(steps, ORDER + 1), whole(), whole(entries), whole(entries), whole(entries), whole(entries), whole(BUCKETS),
-        real(entries, d + 1, d),
-        aligned(places, entries, _groups(d), ORDER + 1, WIDTH), aligned(places, entries, k + 1, d + 1, TERMS),
-        real(entries, k, CLEAR + d))
+        whole(entries), real(entries, d), aligned(places, entries, vectors_of(d), ORDER + 1, WIDTH),
+        aligned(places, entries, k + 1, TERMS), real(entries, k, CLEAR),
+        whole(), whole(parts), whole(parts), whole(parts), whole(BUCKETS), real(parts, d, d), real(parts, d, d),
+        aligned(places, parts, vectors_of(d * d), ORDER + 1, WIDTH), aligned(places, parts, k + 1, d, TERMS),
+        real(parts, k, d))
 
 
-def _groups(d: int) -> int:
-    """Vectors that the columns of d coordinates take."""
-    return -(-d * (d + 1) // WIDTH)
-
-
-def vectors_of(m: int) -> int:
-    """Vectors that m contacts take."""
-    return -(-m // WIDTH)
+def vectors_of(count: int) -> int:
+    """Vectors that so many numbers take."""
+    return -(-count // WIDTH)
 
 
 def new_contact_work(d: int, m: int, k: int, vectors: int) -> ContactWork:
     """Memory for d coordinates, m contacts, k meshes and this number of tangent vectors."""
     groups = vectors_of(m)
     return ContactWork(
-        np.zeros(d), np.zeros(d), np.zeros(d), np.zeros((vectors, d)), np.zeros((d, d)), np.zeros((ORDER + 1, d)),
-        np.zeros((d + 1, ORDER + 1, d)), aligned(2 * _groups(d) * WIDTH), aligned(k + 1, TERMS), np.zeros(TERMS),
+        np.zeros(d), np.zeros(d), np.zeros(d), np.zeros((vectors, d)), np.zeros((ORDER + 1, d)),
+        np.zeros((ORDER + 1, d)), aligned(2 * vectors_of(d * d) * WIDTH),
+        aligned(2 * vectors_of(d) * WIDTH), aligned(k + 1, TERMS), np.zeros(TERMS),
         aligned(groups * (ORDER + 1) * WIDTH),
         aligned(groups * WIDTH), aligned(k, row_offsets(2, "always").total * WIDTH, to=PAGE),
         aligned(k, len(Measure) * WIDTH), np.zeros(4, np.int64))

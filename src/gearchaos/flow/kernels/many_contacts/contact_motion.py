@@ -9,7 +9,6 @@ from __future__ import annotations
 from math import log, sqrt
 
 from gearchaos.flow.kernels.compilation import inlined, main_kernel, subroutine
-from gearchaos.flow.kernels.many_contacts.contact_arrays import CLEAR
 from gearchaos.flow.kernels.many_contacts.contact_measures import keep_segment, load_measures, store_measures
 from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, fill_steps, find_set
 from gearchaos.flow.kernels.many_contacts.contact_switches import output_series, resolve
@@ -31,14 +30,14 @@ def _closed_contacts(dims, points, tables, place, step, w, before):
 
 
 @inlined
-def _stays(dims, points, clear, before, after):
+def _stays(dims, points, tables, place, entry, before, after):
     """Whether surely no contact switches in a step between these states: see `contact_sets.add_set`."""
-    stays = True
+    stays, part = True, tables.linear[place, entry]
     for m in range(len(points.row)):
-        limits = clear[m]
+        limits, bends = tables.clear[place, entry, m], tables.bends[place, part, m]
         deviation = limits[3]
         for i in range(len(dims)):
-            deviation += limits[CLEAR + i] * abs(before[i] - limits[2] * points.unit[m, i])
+            deviation += bends[i] * abs(before[i] - limits[2] * points.unit[m, i])
         start, end = dot(dims, points.row[m], before), dot(dims, points.row[m], after)
         stays &= (min(start, end) - deviation > limits[0]) & (max(start, end) + deviation < limits[1])
     return stays
@@ -53,11 +52,12 @@ def _skip_steps(points, tables, place, step, entry, w):
         following = tables.follows[place, entry]
         if following < 0:
             break
-        matrix, clear = tables.matrix[place, following], tables.clear[place, following, 0]
-        after0 = fma(matrix[1, 0], w1, fma(matrix[0, 0], w0, matrix[2, 0]))
-        after1 = fma(matrix[1, 1], w1, fma(matrix[0, 1], w0, matrix[2, 1]))
-        deviation = clear[3] + (clear[CLEAR] * abs(w0 - clear[2] * unit[0])
-                                + clear[CLEAR + 1] * abs(w1 - clear[2] * unit[1]))
+        part, shift, clear = tables.linear[place, following], tables.shift[place, following], tables.clear[
+            place, following, 0]
+        matrix, bends = tables.matrix[place, part], tables.bends[place, part, 0]
+        after0 = fma(matrix[1, 0], w1, fma(matrix[0, 0], w0, shift[0]))
+        after1 = fma(matrix[1, 1], w1, fma(matrix[0, 1], w0, shift[1]))
+        deviation = clear[3] + (bends[0] * abs(w0 - clear[2] * unit[0]) + bends[1] * abs(w1 - clear[2] * unit[1]))
         start, end = row[0] * w0 + row[1] * w1, row[0] * after0 + row[1] * after1
         if not (min(start, end) - deviation > clear[0] and max(start, end) + deviation < clear[1]):
             break
@@ -69,7 +69,7 @@ def _skip_steps(points, tables, place, step, entry, w):
 @inlined
 def _measure_whole(dims, points, p, tables, place, step, entry, work):
     """Keep a whole step to be measured, in which no contact switches."""
-    output_series(dims, tables.outputs[place, entry], work.w, work.outputs, True)
+    output_series(dims, tables, place, entry, work, True)
     closed = tables.closed[place, entry]
     keep_segment(points, p, tables, place, step, 0.0, 1.0, closed, closed, work)
 
@@ -78,8 +78,8 @@ def _measure_whole(dims, points, p, tables, place, step, entry, work):
 def _leap(dims, points, p, tables, place, leap, measuring, work):
     """Find the state after a leap, unless a contact may close in it; returns its entry, or −1."""
     entry = find_set(dims, points, p, tables, place, leap, 0, work)
-    after_step(dims, tables.matrix[place, entry], work.w, work.after)
-    if not _stays(dims, points, tables.clear[place, entry], work.w, work.after):
+    after_step(dims, tables, place, entry, work.w, work.after)
+    if not _stays(dims, points, tables, place, entry, work.w, work.after):
         return -1
     if measuring:
         _measure_whole(dims, points, p, tables, place, leap, entry, work)
@@ -153,8 +153,8 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
                 following = find_set(dims, points, p, tables, place, step, closed, work)
                 if entry >= 0 and tables.step[place, entry] == step - 1 and tables.closed[place, entry] == closed:
                     tables.follows[place, entry] = following
-            after_step(dims, tables.matrix[place, following], work.w, work.after)
-            if _stays(dims, points, tables.clear[place, following], work.w, work.after):
+            after_step(dims, tables, place, following, work.w, work.after)
+            if _stays(dims, points, tables, place, following, work.w, work.after):
                 if measuring:
                     _measure_whole(dims, points, p, tables, place, step, following, work)
             else:
@@ -162,10 +162,10 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
                 if status != OK:
                     return status
                 closed = tables.closed[place, following]
-                after_step(dims, tables.matrix[place, following], work.w, work.after)
+                after_step(dims, tables, place, following, work.w, work.after)
         for i in range(d):
             work.w[i] = work.after[i]
-        _advance_tangents(dims, tables.matrix[place, following], work.tangents, work.after)
+        _advance_tangents(dims, tables.matrix[place, tables.linear[place, following]], work.tangents, work.after)
         entry = following if taken == 1 else -1
         step += taken
         if len(call.growth) > 0 and (step == tables.steps[place] or step // every > (step - taken) // every):

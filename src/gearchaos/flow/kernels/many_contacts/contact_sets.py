@@ -49,6 +49,7 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
                 begins = first + i * span
                 tables.leap[place, begins] = step
                 tables.pause[place, begins] = 1 if tables.pause[place, begins] == 1 else 2
+            tables.piece[place, step] = n if span == 1 else len(points.sample) + n
             tables.sample[place, step] = points.sample[n] if i == 0 else -1
             tables.phase[place, step] = points.edges[p, n] + i * share
             tables.duration[place, step] = TWO_PI / points.omega[p] * share
@@ -84,11 +85,17 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
     return step
 
 
+@inlined
+def _forget_sets(tables, place):
+    tables.entries[place] = tables.parts[place] = 0
+    tables.bucket[place, :] = tables.part_bucket[place, :] = -1
+
+
 @subroutine
 def fill_steps(dims, points, p, tables, place, work):
     """Write the steps of point p and its leaps to a place of the tables, without what depends on contact sets."""
-    tables.point[place], tables.entries[place] = p, 0
-    tables.bucket[place, :] = -1
+    tables.point[place] = p
+    _forget_sets(tables, place)
     tables.leap[place, :] = -1
     tables.steps[place] = _fill_rows(dims, points, p, tables, place, 0, 1, work)
     if points.span[p] > 1:
@@ -105,25 +112,19 @@ def mesh_closed(points, closed, m):
 
 
 @subroutine
-def _set_equations(dims, points, p, tables, place, step, closed, work):
-    """Write the linear part (d, d) and the forcing (ORDER + 1, d) of the motion on a step with a contact set to the
-    workspace."""
-    d, linear, force = len(dims), work.linear, tables.force[place, step]
+def _set_equations(dims, points, p, tables, place, step, closed, linear):
+    """Write the linear part (d, d) of the motion on a step with a contact set."""
+    d = len(dims)
     for i in range(d):
         for j in range(d):
             linear[i, j] = points.A[p, i, j]
-    for k in range(ORDER + 1):
-        for i in range(d):
-            work.force[k, i] = force[k, i]
     for e in range(len(points.mesh)):
         if closed >> e & 1:
-            m, side = points.mesh[e], points.side[e]
+            m = points.mesh[e]
             for i in range(d):
                 push = points.push[p, m, i] * tables.stiffness[place, step, e]
                 for j in range(d):
                     linear[i, j] -= push * points.row[m, j]
-                for k in range(OFFSETS):
-                    work.force[k, i] += side * push * tables.offset[place, step, k, e]
     for m in range(len(points.row)):
         if points.in_contact[m] and mesh_closed(points, closed, m):
             for i in range(d):
@@ -132,24 +133,34 @@ def _set_equations(dims, points, p, tables, place, step, closed, work):
 
 
 @subroutine
-def _column_series(dims, integral, duration, linear, force, series):
-    """Taylor polynomials (d + 1, ORDER + 1, d) in s of w' = linear w from the unit vectors, and of that with the force
-    from 0; ``integral`` (d,) is that of `ContactPoints`."""
-    d = len(dims)
-    for j in range(d + 1):
-        for i in range(d):
-            series[j, 0, i] = 1.0 if i == j else 0.0
+def _set_force(dims, points, p, tables, place, step, closed, force):
+    """Write the forcing (ORDER + 1, d) of the motion on a step with a contact set."""
+    for k in range(ORDER + 1):
+        for i in range(len(dims)):
+            force[k, i] = tables.force[place, step, k, i]
+    for e in range(len(points.mesh)):
+        if closed >> e & 1:
+            m, side = points.mesh[e], points.side[e]
+            for i in range(len(dims)):
+                push = points.push[p, m, i] * tables.stiffness[place, step, e]
+                for k in range(OFFSETS):
+                    force[k, i] += side * push * tables.offset[place, step, k, e]
+
+
+@subroutine
+def _fill_series(dims, integral, duration, linear, force, series):
+    """Taylor polynomials (ORDER + 1, d) in s of w' = linear w + force from ``series[0]``; ``integral`` (d,) is that of
+    `ContactPoints`."""
     for k in range(ORDER):
         scale = duration / (k + 1)
-        for i in range(d):
-            for j in range(d + 1):
-                if integral[i] >= 0:
-                    total = series[j, k, integral[i]]
-                else:
-                    total = force[k, i] if j == d else 0.0
-                    for n in range(d):
-                        total = fma(linear[i, n], series[j, k, n], total)
-                series[j, k + 1, i] = total * scale
+        for i in range(len(dims)):
+            if integral[i] >= 0:
+                total = series[k, integral[i]]
+            else:
+                total = force[k, i]
+                for n in range(len(dims)):
+                    total = fma(linear[i, n], series[k, n], total)
+            series[k + 1, i] = total * scale
 
 
 @inlined
@@ -162,24 +173,42 @@ def dot(dims, row, w):
 
 
 @subroutine
-def _make_outputs(dims, points, p, tables, place, step, entry, work):
-    """Write the polynomials of the columns, which the workspace has, and from them those of the outputs."""
-    d, columns = len(dims), tables.columns[place, entry]
-    for j in range(d + 1):
+def _add_part(dims, points, p, tables, place, step, closed, work):
+    """Make the linear part of the motion with a contact set, for all steps of the piece of this one; returns it."""
+    d, part = len(dims), tables.parts[place]
+    tables.parts[place] = part + 1
+    piece, series = tables.piece[place, step], work.series
+    tables.part_piece[place, part], tables.part_closed[place, part] = piece, closed
+    number = _bucket(piece, closed)
+    tables.part_chain[place, part], tables.part_bucket[place, number] = tables.part_bucket[place, number], part
+    linear = tables.equations[place, part]
+    _set_equations(dims, points, p, tables, place, step, closed, linear)
+    work.force[:] = 0.0
+    for j in range(d):
+        for i in range(d):
+            series[0, i] = 1.0 if i == j else 0.0
+        _fill_series(dims, points.integral, tables.duration[place, step], linear, work.force, series)
         for k in range(ORDER + 1):
             for i in range(d):
-                columns[(j * d + i) // WIDTH, k, (j * d + i) % WIDTH] = work.series[j, k, i]
+                tables.columns[place, part, (j * d + i) // WIDTH, k, (j * d + i) % WIDTH] = series[k, i]
             for m in range(len(points.row)):
-                tables.outputs[place, entry, m, j, k] = dot(dims, points.row[m], work.series[j, k])
-            velocity = dot(dims, points.velocity[p], work.series[j, k])
-            velocity += tables.velocity[place, step, k] if j == d else 0.0
-            tables.outputs[place, entry, len(points.row), j, k] = velocity
+                tables.outputs[place, part, m, j, k] = dot(dims, points.row[m], series[k])
+            tables.outputs[place, part, len(points.row), j, k] = dot(dims, points.velocity[p], series[k])
+    values_at(tables.columns[place, part], 1.0, work.values)
+    for j in range(d):
+        for i in range(d):
+            tables.matrix[place, part, j, i] = work.values[j * d + i]
+        for m in range(len(points.row)):
+            bend = 0.0
+            for k in range(2, ORDER + 1):
+                bend += k * (k - 1) / 8.0 * abs(tables.outputs[place, part, m, j, k])
+            tables.bends[place, part, m, j] = bend
+    return part
 
 
 @subroutine
 def _make_clear(dims, points, tables, place, step, closed, entry):
     """Write ``clear`` of a contact set, see `add_set`."""
-    d = len(dims)
     for m in range(len(points.row)):
         low, high, reference = -np.inf, np.inf, 0.0
         for e in range(len(points.mesh)):
@@ -193,23 +222,21 @@ def _make_clear(dims, points, tables, place, step, closed, entry):
                 low = max(low, side * o[0, e] + bend, side * end + bend)
             else:
                 high = min(high, side * o[0, e] - bend, side * end - bend)
-        clear, motion = tables.clear[place, entry, m], tables.outputs[place, entry, m]
+        clear, motion = tables.clear[place, entry, m], tables.outputs[place, tables.linear[place, entry], m]
         clear[0], clear[1], clear[2], clear[3] = low, high, reference, 0.0
-        for j in range(d):
-            clear[CLEAR + j] = 0.0
         for k in range(2, ORDER + 1):
-            share, at_reference = k * (k - 1) / 8.0, motion[d, k]
-            for j in range(d):
+            at_reference = tables.shift_outputs[place, entry, m, k]
+            for j in range(len(dims)):
                 at_reference += motion[j, k] * reference * points.unit[m, j]
-                clear[CLEAR + j] += share * abs(motion[j, k])
-            clear[3] += share * abs(at_reference)
+            clear[3] += k * (k - 1) / 8.0 * abs(at_reference)
 
 
 @inlined
-def after_step(dims, matrix, w, after):
-    """Write the state after a step, from ``w``, to ``after``."""
+def after_step(dims, tables, place, entry, w, after):
+    """Write the state after a step with a contact set, from ``w``, to ``after``."""
+    matrix, shift = tables.matrix[place, tables.linear[place, entry]], tables.shift[place, entry]
     for i in range(len(dims)):
-        total = matrix[len(dims), i]
+        total = shift[i]
         for j in range(len(dims)):
             total = fma(matrix[j, i], w[j], total)
         after[i] = total
@@ -219,7 +246,7 @@ def after_step(dims, matrix, w, after):
 def values_at(columns, s, values):
     """The columns (G, ORDER + 1, WIDTH) at s, and at −s in the second half of ``values`` (2 G WIDTH,).
 
-    Number j d + i of each half is that of column j for coordinate i; the last column is the constant.
+    Number j d + i of each half is that of column j for coordinate i.
     """
     at, square = broadcast(s), broadcast(s * s)
     for group in range(len(columns)):
@@ -233,41 +260,60 @@ def values_at(columns, s, values):
         store(values, len(columns) + group, vfma(broadcast(-s), odd, even))
 
 
+@inlined
+def _bucket(number, closed):
+    return (closed * 31 + number) % BUCKETS
+
+
+@inlined
+def _find(bucket, chain, numbers, sets, number, closed):
+    """The place of a number with a contact set among these, by its bucket; −1 if there is none."""
+    found = bucket[_bucket(number, closed)]
+    while found >= 0 and not (numbers[found] == number and sets[found] == closed):
+        found = chain[found]
+    return found
+
+
 @subroutine
 def add_set(dims, points, p, tables, place, step, closed, work):
-    """Make the polynomials and the step matrices of a contact set, and return their entry.
+    """Make the motion on a step with a contact set, and return its entry.
 
     ``clear`` says of each mesh between which displacements its contacts surely stay as they are: the lower and the
     upper limit, and how far the displacement can be from its chord on the step. The last is the bound for the motion
-    that begins on a reference displacement, the third number, at rest: the fourth; and, for each coordinate, that for a
-    difference of 1 from there.
+    that begins on a reference displacement, the third number, at rest: the fourth; ``bends`` are, for each coordinate,
+    that for a difference of 1 from there.
     """
-    d = len(dims)
-    if tables.entries[place] == tables.step.shape[1]:
-        tables.entries[place] = 0
-        tables.bucket[place, :] = -1
+    if tables.entries[place] == tables.step.shape[1] or tables.parts[place] == tables.part_piece.shape[1]:
+        _forget_sets(tables, place)
     entry = tables.entries[place]
     tables.entries[place] = entry + 1
     tables.step[place, entry], tables.closed[place, entry], tables.follows[place, entry] = step, closed, -1
-    number = (closed * 31 + step) % BUCKETS
+    number = _bucket(step, closed)
     tables.chain[place, entry], tables.bucket[place, number] = tables.bucket[place, number], entry
-    _set_equations(dims, points, p, tables, place, step, closed, work)
-    _column_series(dims, points.integral, tables.duration[place, step], work.linear, work.force, work.series)
-    _make_outputs(dims, points, p, tables, place, step, entry, work)
+    part = _find(tables.part_bucket[place], tables.part_chain[place], tables.part_piece[place],
+                 tables.part_closed[place], tables.piece[place, step], closed)
+    if part < 0:
+        part = _add_part(dims, points, p, tables, place, step, closed, work)
+    tables.linear[place, entry], series = part, work.series
+    _set_force(dims, points, p, tables, place, step, closed, work.force)
+    series[0] = 0.0
+    _fill_series(dims, points.integral, tables.duration[place, step], tables.equations[place, part], work.force, series)
+    outputs = tables.shift_outputs[place, entry]
+    for k in range(ORDER + 1):
+        for i in range(len(dims)):
+            tables.shifts[place, entry, i // WIDTH, k, i % WIDTH] = series[k, i]
+        for m in range(len(points.row)):
+            outputs[m, k] = dot(dims, points.row[m], series[k])
+        outputs[len(points.row), k] = dot(dims, points.velocity[p], series[k]) + tables.velocity[place, step, k]
     _make_clear(dims, points, tables, place, step, closed, entry)
-    values_at(tables.columns[place, entry], 1.0, work.values)
-    for j in range(d + 1):
-        for i in range(d):
-            tables.matrix[place, entry, j, i] = work.values[j * d + i]
+    values_at(tables.shifts[place, entry], 1.0, work.shifts)
+    for i in range(len(dims)):
+        tables.shift[place, entry, i] = work.shifts[i]
     return entry
 
 
 @inlined
 def find_set(dims, points, p, tables, place, step, closed, work):
     """The entry of a step and a contact set, made if it is not there."""
-    entry = tables.bucket[place, (closed * 31 + step) % BUCKETS]
-    while entry >= 0:
-        if tables.step[place, entry] == step and tables.closed[place, entry] == closed:
-            return entry
-        entry = tables.chain[place, entry]
-    return add_set(dims, points, p, tables, place, step, closed, work)
+    entry = _find(tables.bucket[place], tables.chain[place], tables.step[place], tables.closed[place], step, closed)
+    return entry if entry >= 0 else add_set(dims, points, p, tables, place, step, closed, work)

@@ -22,16 +22,16 @@ _EXACT = 1e-17  # error of a switch, as a fraction of the step, with which the i
 
 
 @inlined
-def output_series(dims, columns, w, outputs, measuring):
-    """Polynomials (K + 1, TERMS) of the outputs on a step from its origin, from those of their columns (K + 1, d + 1,
-    TERMS); that of the measured velocity only if ``measuring``."""
-    d = len(dims)
+def output_series(dims, tables, place, entry, work, measuring):
+    """Polynomials of the outputs on a step from its origin ``work.w``, to ``work.outputs``; that of the measured
+    velocity only if ``measuring``."""
+    d, columns, outputs = len(dims), tables.outputs[place, tables.linear[place, entry]], work.outputs
     for row in range(len(outputs) if measuring else len(outputs) - 1):
-        first = row * (d + 1) * 2
-        low, high = load(columns, first + 2 * d), load(columns, first + 2 * d + 1)
+        constant = tables.shift_outputs[place, entry]
+        low, high = load(constant, 2 * row), load(constant, 2 * row + 1)
         for j in range(d):
-            low = vfma(broadcast(w[j]), load(columns, first + 2 * j), low)
-            high = vfma(broadcast(w[j]), load(columns, first + 2 * j + 1), high)
+            low = vfma(broadcast(work.w[j]), load(columns, 2 * (row * d + j)), low)
+            high = vfma(broadcast(work.w[j]), load(columns, 2 * (row * d + j) + 1), high)
         store(outputs, 2 * row, low)
         store(outputs, 2 * row + 1, high)
 
@@ -190,11 +190,11 @@ def _saltate(dims, points, p, closed, after, switching, duration, offset, end, w
 
 @inlined
 def _apply(dims, values, first, vector, constant, result):
-    """Write a column matrix, which begins at ``first`` of the ``values``, times a vector to ``result``, with the
-    constant column times ``constant``."""
+    """Write a column matrix, which begins at ``first`` of the ``values``, times a vector to ``result``, beside a
+    ``constant`` (d,) if that has elements."""
     d = len(dims)
     for i in range(d):
-        total = constant * values[first + d * d + i]
+        total = constant[i] if len(constant) > 0 else 0.0
         for j in range(d):
             total = fma(values[first + j * d + i], vector[j], total)
         result[i] = total
@@ -205,11 +205,11 @@ def resolve(dims, points, p, tables, place, step, entry, measuring, work):
     """Advance ``work.w`` and the tangent vectors from switch to switch to the origins of a step whose motion no longer
     switches; returns the entry of its contact set and the status.
     """
-    d, begin, switched, closed, last = len(dims), 0.0, 0, tables.closed[place, entry], work.last
+    d, begin, switched, closed, last, none = len(dims), 0.0, 0, tables.closed[place, entry], work.last, work.shifts[:0]
     present, offset, duration = tables.present[place, step], tables.offset[place, step], tables.duration[place, step]
     for _ in range(MAX_SWITCHES):
-        output_series(dims, tables.outputs[place, entry], work.w, work.outputs, measuring)
-        after_step(dims, tables.matrix[place, entry], work.w, last)
+        output_series(dims, tables, place, entry, work, measuring)
+        after_step(dims, tables, place, entry, work.w, last)
         end, switching = _next_switch(dims, points, present, offset, duration, closed, begin, switched, last, work)
         if end < 0.0:
             end, switching = _search_switch(points, present, offset, closed, begin, switched, work)
@@ -221,23 +221,25 @@ def resolve(dims, points, p, tables, place, step, entry, measuring, work):
             keep_segment(points, p, tables, place, step, begin, end, closed, after, work)
         if over:
             return entry, OK
-        values_at(tables.columns[place, entry], end, work.values)
-        _apply(dims, work.values, 0, work.w, 1.0, work.after)
+        values_at(tables.columns[place, tables.linear[place, entry]], end, work.values)
+        values_at(tables.shifts[place, entry], end, work.shifts)
+        _apply(dims, work.values, 0, work.w, work.shifts, work.after)
         for c in range(len(work.tangents)):
-            _apply(dims, work.values, 0, work.tangents[c], 0.0, work.w)
+            _apply(dims, work.values, 0, work.tangents[c], none, work.w)
             for i in range(d):
                 work.tangents[c, i] = work.w[i]
         if len(work.tangents) > 0:
             _saltate(dims, points, p, closed, after, switching, duration, offset, end, work)
         closed, begin, switched = after, end, switching
         entry = find_set(dims, points, p, tables, place, step, closed, work)
-        values_at(tables.columns[place, entry], end, work.values)
+        values_at(tables.columns[place, tables.linear[place, entry]], end, work.values)
+        values_at(tables.shifts[place, entry], end, work.shifts)
         for i in range(d):
-            work.last[i] = work.after[i] - work.values[d * d + i]
+            work.last[i] = work.after[i] - work.shifts[i]
         back = len(work.values) // 2  # of the motion from there to the origin: the linear part does not change in time
-        _apply(dims, work.values, back, work.last, 0.0, work.w)
+        _apply(dims, work.values, back, work.last, none, work.w)
         for c in range(len(work.tangents)):
-            _apply(dims, work.values, back, work.tangents[c], 0.0, work.last)
+            _apply(dims, work.values, back, work.tangents[c], none, work.last)
             for i in range(d):
                 work.tangents[c, i] = work.last[i]
         if end == 1.0:
