@@ -59,6 +59,16 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
     return tiles
 
 
+def split_points(points: np.ndarray, most: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
+    """`split` of trajectories whose parameter ``points`` (L,) are neighbours where they are equal: into tiles of at most
+    ``most`` points, whose tables are kept from call to call, if there are enough of them for all threads."""
+    workers, first = _workers(threads), np.flatnonzero(np.diff(points, prepend=np.nan))
+    most = max(1, min(most, -(-len(first) // workers)))
+    ends = [*first[::most].tolist(), len(points)]
+    return [slice(begin + part.start, begin + part.stop) for begin, end in pairwise(ends)
+            for part in split(end - begin, largest, 1)]
+
+
 def interleaved(count: int, threads: int | None = None) -> np.ndarray:
     """Numbers (count,) of work items in an order that spreads neighbours over the threads.
 

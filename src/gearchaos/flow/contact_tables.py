@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from gearchaos.flow.kernels.many_contacts.contact_arrays import (
+    LEAP,
+    MOST_UNROLLED,
     OFFSETS,
     ContactPoints,
     StepTables,
@@ -18,15 +20,13 @@ from gearchaos.flow.kernels.vector.constants import WIDTH
 from gearchaos.flow.step_tables import orthonormalisations
 from gearchaos.flow.system import SwitchedSystem, fastest_rate, min_steps_per_period, rate_in_flight
 
-_MEMORY = 128 << 20  # bytes of step tables and matrices that are kept for points
+MEMORY = 128 << 20  # bytes of step tables and matrices that are kept for points
 _SETS = 6  # contact sets for which there is room at each step on the average; when it is used up it is used anew
 _LARGEST = 2 << 30  # bytes of what these take at one point, of many coordinates and a long period
-MOST_UNROLLED = 8
-"""Most coordinates for which kernels are compiled by themselves, 1.2 to 1.7 times faster: it took minutes for 24."""
-
 _LONGEST_LEAP, _SHORTEST_LEAP = 16, 8
 """Steps that free flight takes as one. The longest leap saves the most where a flank is met every few hundred steps."""
 
+_ITERATIONS = 10  # in which rest under load is sought
 _SAME_INSTANT = 1e-12  # a sample and a change of stiffness that are closer, as fractions of the period, coincide
 
 
@@ -68,17 +68,36 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         integral, rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
         contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), sides, edges,
         stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
-        np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system),
+        np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system), _rest(system),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
     steps, sizes = counts.sum(axis=1), (d, len(contacts.sides), len(rows))
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
-    room = both, _SETS * both, _SETS * len(sample) * (2 if np.any(found.span > 1) else 1)
-    least, entry, part = (sum(array.nbytes for array in new_tables(1, *numbers, *sizes))
-                              for numbers in ((1, 1, 1), (1, 2, 1), (1, 1, 2)))
+    leaps = int((counts // LEAP).sum(axis=1).max()) if d > MOST_UNROLLED else 0
+    room = both, max(_SETS * both, LEAP), _SETS * len(sample) * (2 if np.any(found.span > 1) else 1), leaps
+    least, entry, part = (sum(array.nbytes for array in new_tables(1, 1, *numbers, leaps, *sizes))
+                          for numbers in ((1, 1), (2, 1), (1, 2)))
     share = min(1.0, _LARGEST / (room[1] * (entry - least) + room[2] * (part - least)))
-    room = both, *(max(1, int(share * number)) for number in room[1:])
-    places = min(points, max(1, _MEMORY // sum(array.nbytes for array in new_tables(1, *room, *sizes))))
+    room = both, max(LEAP, int(share * room[1])), max(1, int(share * room[2])), leaps
+    places = min(points, max(1, MEMORY // sum(array.nbytes for array in new_tables(1, *room, *sizes))))
     return found, new_tables(places, *room, *sizes)
+
+
+def _rest(system: SwitchedSystem) -> np.ndarray:
+    """Equilibria (P, d) with the mean stiffness and offsets, and the contacts that close under the load."""
+    contacts, lengths = system.contacts, np.diff(system.contacts.edges, axis=1, append=1.0)[:, None]
+    stiffness = (contacts.stiffness * lengths).sum(axis=2)
+    offset = (contacts.stiffness * contacts.offset[..., 0] * lengths).sum(axis=2) / np.maximum(stiffness, 1e-300)
+    rows, pushes = contacts.rows[contacts.meshes], contacts.pushes[:, contacts.meshes]
+    closed, rest = np.broadcast_to(contacts.sides > 0, stiffness.shape), np.zeros_like(system.f0)
+    for _ in range(_ITERATIONS):
+        springs = np.where(closed, stiffness, 0.0)[..., None] * pushes  # (P, M, d)
+        force = system.f0 + ((contacts.sides * offset)[..., None] * springs).sum(axis=1)
+        matrix = system.A - np.einsum("pmi,mj->pij", springs, rows)
+        rest = -np.einsum("pij,pj->pi", np.linalg.pinv(matrix), force)
+        before, closed = closed, contacts.sides * (rest @ rows.T) > offset
+        if np.array_equal(before, closed):
+            break
+    return rest
 
 
 def _spans(system: SwitchedSystem) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from gearchaos.flow.contact_tables import contact_dimensions, prepare_contacts
+from gearchaos.flow.contact_tables import MEMORY, contact_dimensions, prepare_contacts
 from gearchaos.flow.kernels.many_contacts.contact_arrays import new_contact_work
 from gearchaos.flow.kernels.many_contacts.contact_motion import advance_contact_sets
 from gearchaos.flow.kernels.one_spring.advance import advance_packs
@@ -300,6 +300,13 @@ class ExactFlow(Generic[System]):
             contact_states(self.system, out.w, points))
         (self._run_with_sets if several else self._run)(call)
         return out
+
+    @property
+    def points_kept(self) -> int | None:
+        """Parameter points like the first one whose tables are kept from call to call; None where all are."""
+        if self.system.contacts is None:
+            return None
+        return max(1, MEMORY * len(self._tables.point) // sum(array.nbytes for array in self._tables))
 
     def _run_with_sets(self, call: Call) -> None:
         """Advance the trajectories of a call where there are several contacts, those of a point in turn."""

@@ -30,13 +30,15 @@ SAME_CENTRE = 1e-6
 
 def classify_batch(
     initial_states: InitialStates, collect: Collect, order: np.ndarray, *, settings: Classification | None = None,
-    response: bool = True, largest: int = tiles.TILE, progress: str | None = None, threads: int | None = None,
+    response: bool = True, largest: int = tiles.TILE, points: np.ndarray | None = None, kept: int | None = None,
+    progress: str | None = None, threads: int | None = None,
 ) -> dict[str, np.ndarray]:
     """Classify the motions numbered 0 to N − 1; returns the results of ``collect``, (N, ...) by name, by these numbers.
 
     ``order`` (N,) has the numbers in the order of computation. Motions of similar mesh frequency should be neighbours,
-    since they take the same number of steps per period. A tile has at most ``largest`` motions; ``settings`` and
-    ``response`` are as of `classify`, ``progress`` is the name of the progress bar.
+    since they take the same number of steps per period. A tile has at most ``largest`` motions, and those of at most
+    ``kept`` of the parameter ``points`` (N,) if these are given; ``settings`` and ``response`` are as of `classify`,
+    ``progress`` is the name of the progress bar.
 
     Lyapunov exponents are computed for few motions, and chaotic ones are followed ten times as long as others, since
     chaos may be transient. A single tile has too few of them to fill the SIMD lanes of the kernels. Therefore each
@@ -47,9 +49,11 @@ def classify_batch(
     largest = min(largest, max(WIDTH, _MAX_SECTIONS // (2 * classifier.settings.longest_period + 1)))
     unresolved = Unresolved(order)
     for stage in STAGES:
-        remaining = {}
+        remaining, number = {}, unresolved.number
+        shares = (tiles.split(len(number), largest, threads) if points is None or kept is None
+                  else tiles.split_points(points[number], kept, largest, threads))
         for tile, (resolved, found, rest) in tiles.run(
-            partial(classifier.run_stage, stage, unresolved), tiles.split(len(unresolved.number), largest, threads),
+            partial(classifier.run_stage, stage, unresolved), shares,
             progress=progress and f"{progress}, {stage}", threads=threads,
         ):
             for name, value in found.items():

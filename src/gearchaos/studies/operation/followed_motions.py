@@ -141,10 +141,12 @@ def classified(
             motions[i] = at_point[point][reached] if reached >= 0 else None
         w[:, number] = followed.w
 
-    order = np.lexsort(list(values.values())[::-1])
-    near = order[[bool(known[i]) for i in order]]
+    point = np.unique([*values.values()], axis=1, return_inverse=True)[1]
+    order = np.argsort(point, kind="stable")
+    near, kept = order[[bool(known[i]) for i in order]], started(order[:1]).flow.points_kept
     words = f"{progress}, to known orbits" if progress and len(near) > 10 * _MOMENT else None
-    for _ in tiles.run(follow, tiles.split(len(near), threads=threads), progress=words, threads=threads):
+    shares = tiles.split_points(point[near], kept, threads=threads) if kept else tiles.split(len(near), threads=threads)
+    for _ in tiles.run(follow, shares, progress=words, threads=threads):
         pass
     others = np.array([i for i in order if motions[i] is None], int)
 
@@ -158,7 +160,7 @@ def classified(
     if len(others):
         found: dict[str, Any] = classify_batch(
             lambda number: started(others[number]), collect, np.arange(len(others)), settings=settings,
-            progress=progress if len(others) > _MOMENT else None, threads=threads)
+            points=point[others], kept=kept, progress=progress if len(others) > _MOMENT else None, threads=threads)
         columns = ("label", "period", "contact", "dynamic_factor", "compression", "deflection", "centre_z",
                    "centre_z_dot")
         for i, label, period, contact, factor, compression, deflection, *centre, state, meshes in zip(

@@ -23,6 +23,10 @@ OFFSETS = 3  # coefficients of an offset
 BUCKETS = 2048  # of the table in which the matrices of a step and a contact set are found
 TERMS = 2 * WIDTH  # places of a polynomial of degree `ORDER`
 CLEAR = 4  # numbers of a mesh that `contact_sets.add_set` writes
+MOST_UNROLLED = 8
+"""Most coordinates for which kernels are compiled by themselves, 1.2 to 1.7 times faster: it took minutes for 24."""
+LEAP = 2 * WIDTH
+"""Steps that are taken as one in contact. Leaps are taken above `MOST_UNROLLED` coordinates, where steps take longer."""
 
 
 class ContactPoints(NamedTuple):
@@ -51,6 +55,7 @@ class ContactPoints(NamedTuple):
     sample: np.ndarray  # (N,) int, index of the sample at the start of a piece, or -1
     orthonormalise_every: np.ndarray  # (P,) int, steps between two orthonormalisations
     span: np.ndarray  # (P,) int, steps of free flight that are taken as one, a *leap*; 1 for no leaps
+    rest: np.ndarray  # (P, d) in equilibrium with the mean stiffness: leaps in contact are taken near it
     velocity: np.ndarray  # (P, d) the measured velocity: velocity·w + velocity0 + its harmonics
     velocity0: np.ndarray  # (P,)
     velocity_cos: np.ndarray  # (P, H)
@@ -61,8 +66,9 @@ class StepTables(NamedTuple):
     """The steps of points and the motions with the contact sets met so far, in S places with Q steps, E entries and F
     linear parts each.
 
-    Behind the steps of a period stand its leaps, described as steps are. An entry is a step with a contact set; the
-    linear part of its motion serves all steps of a piece.
+    Behind the steps of a period stand its leaps of free flight, described as steps are. An entry is a step with a
+    contact set; the linear part of its motion serves all steps of a piece. A leap in contact, of G in a period, is one
+    with the contact set that rest has there.
     """
 
     point: np.ndarray  # (S,) int, the point whose steps are in a place; -1 for none
@@ -75,7 +81,7 @@ class StepTables(NamedTuple):
     anew: np.ndarray  # (S, Q) int, those that begin with the step, or whose offset jumps there
     pause: np.ndarray  # (S, Q) int, 1 where other contacts are present than before, some begin, or a sample is taken;
     #                    2 at other steps with which a leap begins
-    leap: np.ndarray  # (S, Q) int, the leap that begins with a step; -1 for none
+    leap: np.ndarray  # (S, Q) int, the leap that begins with a step, its row in free flight; -1 for none
     stiffness: np.ndarray  # (S, Q, M)
     offset: np.ndarray  # (S, Q, OFFSETS, V WIDTH) coefficients in s, from 0 to 1 on the step; M contacts in V vectors
     force: np.ndarray  # (S, Q, ORDER + 1, d)
@@ -87,7 +93,7 @@ class StepTables(NamedTuple):
     chain: np.ndarray  # (S, E) int, the next entry of the same bucket; -1 for none
     bucket: np.ndarray  # (S, BUCKETS) int, its first entry
     linear: np.ndarray  # (S, E) int, the linear part
-    shift: np.ndarray  # (S, E, d) w after the step from 0
+    shift: np.ndarray  # (S, E, V WIDTH) w after the step from 0; d coordinates in V vectors
     shifts: np.ndarray  # (S, E, G1, ORDER + 1, WIDTH) its polynomials on the step, see `contact_sets.values_at`
     shift_outputs: np.ndarray  # (S, E, K + 1, TERMS) those of the displacements and of the measured velocity
     clear: np.ndarray  # (S, E, K, CLEAR) see `contact_sets.add_set`
@@ -97,21 +103,32 @@ class StepTables(NamedTuple):
     part_chain: np.ndarray  # (S, F) int, the next linear part of the same bucket; -1 for none
     part_bucket: np.ndarray  # (S, BUCKETS) int, its first one
     equations: np.ndarray  # (S, F, d, d) A of w' = A w + ..., with the contacts that are closed
-    matrix: np.ndarray  # (S, F, d, d) w after the step: column j in row j
+    matrix: np.ndarray  # (S, F, d, V WIDTH) w after the step: column j in row j
     columns: np.ndarray  # (S, F, G, ORDER + 1, WIDTH) its polynomials on the step
     outputs: np.ndarray  # (S, F, K + 1, d, TERMS)
     bends: np.ndarray  # (S, F, K, d) bounds beside ``clear``
+    leap_made: np.ndarray  # (S, F) int, 1 where there are the next three
+    leap_matrix: np.ndarray  # (S, F, d, V WIDTH) ``matrix`` of a leap
+    leap_rows: np.ndarray  # (S, F, K, d, LEAP) displacements after each of its steps
+    leap_bends: np.ndarray  # (S, F, K, d) bounds beside ``leap_clear``
+    leap_closed: np.ndarray  # (S, G) int, contact set
+    leap_part: np.ndarray  # (S, G) int, linear part; -1 where the leap has not been made
+    leap_shift: np.ndarray  # (S, G, V WIDTH)
+    leap_first: np.ndarray  # (S, G, K, 2) lower and upper limit of the displacements at its start
+    leap_clear: np.ndarray  # (S, G, K, 3, LEAP) after each step: displacements from 0, lower and upper limits
 
 
 class ContactWork(NamedTuple):
     """Memory for one trajectory that is being advanced."""
 
     w: np.ndarray  # (d,)
-    after: np.ndarray  # (d,)
-    last: np.ndarray  # (d,) the state at the end of a step
+    after: np.ndarray  # (V WIDTH,), of d coordinates
+    last: np.ndarray  # (V WIDTH,) the state at the end of a step
     tangents: np.ndarray  # (T, d)
     force: np.ndarray  # (ORDER + 1, d) forcing of the motion on a segment
     series: np.ndarray  # (ORDER + 1, d) polynomials of one
+    power: np.ndarray  # (d, d) of the matrix of a step
+    states: np.ndarray  # (2, d) of motions from rest and from 0
     values: np.ndarray  # (2 * G * WIDTH,) the columns at a point of the step, see `contact_sets.values_at`
     shifts: np.ndarray  # (2 * G1 * WIDTH,) the motion from 0 there
     outputs: np.ndarray  # (K + 1, TERMS) polynomials of the displacements of the meshes and of the measured velocity
@@ -123,8 +140,11 @@ class ContactWork(NamedTuple):
     progress: np.ndarray  # (4,) int: number of the trajectory, completed periods, whether it is loaded, segments kept
 
 
-def new_tables(places: int, steps: int, entries: int, parts: int, d: int, m: int, k: int) -> StepTables:
-    """Empty tables with these numbers of places, steps, entries, linear parts, coordinates, contacts and meshes."""
+def new_tables(places: int, steps: int, entries: int, parts: int, leaps: int, d: int, m: int, k: int) -> StepTables:
+    """Empty tables with these numbers of places, steps, entries, linear parts, leaps in contact, coordinates, contacts
+    and meshes."""
+    leaping, vector = parts if leaps else 0, vectors_of(d) * WIDTH
+
     def whole(*shape: int) -> np.ndarray:
         return np.full((places, *shape), -1, np.int64)
 
@@ -135,11 +155,14 @@ def new_tables(places: int, steps: int, entries: int, parts: int, d: int, m: int
         whole(), whole(), whole(steps), real(steps), real(steps), whole(steps), whole(steps), whole(steps), whole(steps),
         whole(steps), real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH), real(steps, ORDER + 1, d),
         real(steps, ORDER + 1), whole(), whole(entries), whole(entries), whole(entries), whole(entries), whole(BUCKETS),
-        whole(entries), real(entries, d), aligned(places, entries, vectors_of(d), ORDER + 1, WIDTH),
+        whole(entries), aligned(places, entries, vector), aligned(places, entries, vectors_of(d), ORDER + 1, WIDTH),
         aligned(places, entries, k + 1, TERMS), real(entries, k, CLEAR),
-        whole(), whole(parts), whole(parts), whole(parts), whole(BUCKETS), real(parts, d, d), real(parts, d, d),
+        whole(), whole(parts), whole(parts), whole(parts), whole(BUCKETS), real(parts, d, d),
+        aligned(places, parts, d, vector),
         aligned(places, parts, vectors_of(d * d), ORDER + 1, WIDTH), aligned(places, parts, k + 1, d, TERMS),
-        real(parts, k, d))
+        real(parts, k, d), whole(leaping), aligned(places, leaping, d, vector), aligned(places, leaping, k, d, LEAP),
+        real(leaping, k, d), whole(leaps), whole(leaps), aligned(places, leaps, vector), real(leaps, k, 2),
+        aligned(places, leaps, k, 3, LEAP))
 
 
 def vectors_of(count: int) -> int:
@@ -149,10 +172,10 @@ def vectors_of(count: int) -> int:
 
 def new_contact_work(d: int, m: int, k: int, vectors: int) -> ContactWork:
     """Memory for d coordinates, m contacts, k meshes and this number of tangent vectors."""
-    groups = vectors_of(m)
+    groups, vector = vectors_of(m), vectors_of(d) * WIDTH
     return ContactWork(
-        np.zeros(d), np.zeros(d), np.zeros(d), np.zeros((vectors, d)), np.zeros((ORDER + 1, d)),
-        np.zeros((ORDER + 1, d)), aligned(2 * vectors_of(d * d) * WIDTH),
+        np.zeros(d), aligned(vector), aligned(vector), np.zeros((vectors, d)), np.zeros((ORDER + 1, d)),
+        np.zeros((ORDER + 1, d)), np.zeros((d, d)), np.zeros((2, d)), aligned(2 * vectors_of(d * d) * WIDTH),
         aligned(2 * vectors_of(d) * WIDTH), aligned(k + 1, TERMS), np.zeros(TERMS),
         aligned(groups * (ORDER + 1) * WIDTH),
         aligned(groups * WIDTH), aligned(k, row_offsets(2, "always").total * WIDTH, to=PAGE),

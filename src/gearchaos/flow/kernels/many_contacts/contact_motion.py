@@ -1,7 +1,7 @@
 """Motion with several one-sided contacts: step by step, and where contact may change from switch to switch.
 
 A step is affine as long as the contact set stays. It is *resolved* where a gap may vanish: see `contact_switches`. Free
-flight far from both flanks takes many steps as one, a *leap*.
+flight far from both flanks, and contact far from its end, take many steps as one, a *leap*.
 """
 
 from __future__ import annotations
@@ -9,8 +9,9 @@ from __future__ import annotations
 from math import log, sqrt
 
 from gearchaos.flow.kernels.compilation import inlined, main_kernel, subroutine
+from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP, MOST_UNROLLED
 from gearchaos.flow.kernels.many_contacts.contact_measures import keep_segment, load_measures, store_measures
-from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, fill_steps, find_set
+from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, fill_steps, find_set, leap_in_contact
 from gearchaos.flow.kernels.many_contacts.contact_switches import output_series, resolve
 from gearchaos.flow.kernels.vector.constants import DIVERGED, DIVERGED_AT, OK
 from gearchaos.flow.kernels.vector.simd import fma
@@ -142,12 +143,14 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
             entry = entry if closed == before else -1
             if len(call.samples) > 0 and tables.sample[place, step] >= 0:
                 _sample(dims, points, call.samples[period, tables.sample[place, step]], lane, closed, work.w)
-        following, taken = -1, 1
-        if d == 2 and closed == 0 and tables.leap[place, step] >= 0:
-            following = _leap(dims, points, p, tables, place, tables.leap[place, step], measuring, work)
-        if following >= 0:
-            taken = points.span[p]
-        else:
+        following, taken, leap = -1, 1, tables.leap[place, step]
+        if d > MOST_UNROLLED and not measuring and leap >= 0 and closed == tables.leap_closed[place, leap]:
+            part = leap_in_contact(dims, points, p, tables, place, step, leap, work)
+            taken = LEAP if part >= 0 else 1
+        elif d == 2 and closed == 0 and leap >= 0:
+            following = _leap(dims, points, p, tables, place, leap, measuring, work)
+            taken = points.span[p] if following >= 0 else 1
+        if taken == 1:
             following = -1 if entry < 0 else tables.follows[place, entry]
             if following < 0:
                 following = find_set(dims, points, p, tables, place, step, closed, work)
@@ -165,7 +168,10 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
                 after_step(dims, tables, place, following, work.w, work.after)
         for i in range(d):
             work.w[i] = work.after[i]
-        _advance_tangents(dims, tables.matrix[place, tables.linear[place, following]], work.tangents, work.after)
+        if following >= 0:
+            part = tables.linear[place, following]
+        matrices = tables.leap_matrix if following < 0 else tables.matrix
+        _advance_tangents(dims, matrices[place, part], work.tangents, work.after)
         entry = following if taken == 1 else -1
         step += taken
         if len(call.growth) > 0 and (step == tables.steps[place] or step // every > (step - taken) // every):

@@ -11,9 +11,9 @@ from math import cos, sin
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.many_contacts.contact_arrays import BUCKETS, CLEAR, OFFSETS
+from gearchaos.flow.kernels.many_contacts.contact_arrays import BUCKETS, LEAP, MOST_UNROLLED, OFFSETS
 from gearchaos.flow.kernels.vector.constants import ORDER, TWO_PI, WIDTH
-from gearchaos.flow.kernels.vector.simd import broadcast, fma, load, store, vfma
+from gearchaos.flow.kernels.vector.simd import bits, broadcast, fma, load, store, vfma
 
 _CONTINUOUS = 1e-12  # an offset that differs by less from one piece to the next, in units of displacement, goes on
 _LEAST_PIECE = 1e-14  # shortest piece of a period, as a fraction of it, that gets steps
@@ -38,7 +38,7 @@ def _add_harmonics(points, angle, turn, cos_amplitudes, sin_amplitudes, series):
 def _fill_rows(dims, points, p, tables, place, step, span, work):
     """Write the steps of point p to a place of the tables, from row ``step`` on, or the leaps of so many steps; returns
     the row after them."""
-    first, series = 0, work.shifted
+    first, series, leaps = 0, work.shifted, 0
     for n in range(len(points.sample)):
         length, count = points.edges[p, n + 1] - points.edges[p, n], points.counts[p, n]
         if length <= _LEAST_PIECE:
@@ -46,9 +46,9 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
         share = span * (length / count)
         for i in range(count // span):
             if span > 1:
-                begins = first + i * span
-                tables.leap[place, begins] = step
-                tables.pause[place, begins] = 1 if tables.pause[place, begins] == 1 else 2
+                flight = first + i * span
+                tables.leap[place, flight] = step
+                tables.pause[place, flight] = 1 if tables.pause[place, flight] == 1 else 2
             tables.piece[place, step] = n if span == 1 else len(points.sample) + n
             tables.sample[place, step] = points.sample[n] if i == 0 else -1
             tables.phase[place, step] = points.edges[p, n] + i * share
@@ -69,6 +69,14 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
             anew = present & (anew | ~before)
             tables.present[place, step], tables.anew[place, step] = present, anew
             tables.pause[place, step] = anew != 0 or present != before or tables.sample[place, step] >= 0
+            begins = len(dims) > MOST_UNROLLED and i % LEAP == 0 and i + LEAP <= count
+            if begins and leaps < tables.leap_closed.shape[1]:
+                tables.leap[place, step], tables.leap_closed[place, leaps] = leaps, 0
+                for e in range(len(points.mesh)):
+                    gap = points.side[e] * dot(dims, points.row[points.mesh[e]], points.rest[p]) - offset[0, e]
+                    if present >> e & 1 and gap > 0.0:
+                        tables.leap_closed[place, leaps] |= 1 << e
+                leaps += 1
             angle, turn = TWO_PI * tables.phase[place, step], points.omega[p] * tables.duration[place, step]
             force, velocity = tables.force[place, step], tables.velocity[place, step]
             for j in range(len(dims)):
@@ -89,6 +97,7 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
 def _forget_sets(tables, place):
     tables.entries[place] = tables.parts[place] = 0
     tables.bucket[place, :] = tables.part_bucket[place, :] = -1
+    tables.leap_made[place, :] = tables.leap_part[place, :] = -1
 
 
 @subroutine
@@ -234,12 +243,17 @@ def _make_clear(dims, points, tables, place, step, closed, entry):
 @inlined
 def after_step(dims, tables, place, entry, w, after):
     """Write the state after a step with a contact set, from ``w``, to ``after``."""
-    matrix, shift = tables.matrix[place, tables.linear[place, entry]], tables.shift[place, entry]
-    for i in range(len(dims)):
-        total = shift[i]
+    _apply_affine(dims, tables.matrix[place, tables.linear[place, entry]], tables.shift[place, entry], w, after)
+
+
+@inlined
+def _apply_affine(dims, matrix, shift, w, after):
+    vectors = len(shift) // WIDTH
+    for v in range(vectors):
+        total = load(shift, v)
         for j in range(len(dims)):
-            total = fma(matrix[j, i], w[j], total)
-        after[i] = total
+            total = vfma(broadcast(w[j]), load(matrix, j * vectors + v), total)
+        store(after, v, total)
 
 
 @inlined
@@ -317,3 +331,100 @@ def find_set(dims, points, p, tables, place, step, closed, work):
     """The entry of a step and a contact set, made if it is not there."""
     entry = _find(tables.bucket[place], tables.chain[place], tables.step[place], tables.closed[place], step, closed)
     return entry if entry >= 0 else add_set(dims, points, p, tables, place, step, closed, work)
+
+
+@subroutine
+def _make_leap_part(dims, points, tables, place, part, power, moved):
+    """Write what leaps with a linear part have in common; ``power`` (d, d) and ``moved`` (d,) are memory."""
+    d, matrix, bends = len(dims), tables.matrix[place, part], tables.leap_bends[place, part]
+    tables.leap_made[place, part] = 1
+    bends[:] = 0.0
+    for j in range(d):
+        for i in range(d):
+            power[j, i] = 1.0 if i == j else 0.0
+    for k in range(LEAP):
+        for j in range(d):
+            for m in range(len(points.row)):
+                bend = 0.0
+                for i in range(d):
+                    bend += tables.bends[place, part, m, i] * abs(power[j, i])
+                bends[m, j] = max(bends[m, j], bend)
+            for i in range(d):
+                moved[i] = 0.0
+                for n in range(d):
+                    moved[i] = fma(matrix[n, i], power[j, n], moved[i])
+            for i in range(d):
+                power[j, i] = tables.leap_matrix[place, part, j, i] = moved[i]
+            for m in range(len(points.row)):
+                tables.leap_rows[place, part, m, j, k] = dot(dims, points.row[m], moved)
+
+
+@subroutine
+def _add_leap(dims, points, p, tables, place, step, leap, work):
+    """Make a leap in contact that begins with a step.
+
+    Its limits are those of the steps with ``clear``, less how far the displacement is from the chord of each step in
+    the motion that begins at rest; ``leap_bends`` are, for each coordinate, that for a difference of 1 from there.
+    """
+    d, closed = len(dims), tables.leap_closed[place, leap]
+    if tables.entries[place] + LEAP > tables.step.shape[1]:
+        _forget_sets(tables, place)
+    part = tables.linear[place, find_set(dims, points, p, tables, place, step, closed, work)]
+    if tables.leap_made[place, part] < 0:
+        _make_leap_part(dims, points, tables, place, part, work.power, work.after)
+    clear, first, states = tables.leap_clear[place, leap], tables.leap_first[place, leap], work.states
+    for i in range(d):
+        states[0, i], states[1, i] = points.rest[p, i], 0.0
+    for k in range(LEAP):
+        entry = find_set(dims, points, p, tables, place, step + k, closed, work)
+        for m in range(len(points.row)):
+            bend, outputs = 0.0, tables.outputs[place, part, m]
+            for q in range(2, ORDER + 1):
+                term = tables.shift_outputs[place, entry, m, q]
+                for j in range(d):
+                    term += outputs[j, q] * states[0, j]
+                bend += q * (q - 1) / 8.0 * abs(term)
+            low, high = tables.clear[place, entry, m, 0] + bend, tables.clear[place, entry, m, 1] - bend
+            if k == 0:
+                first[m, 0], first[m, 1] = low, high
+            else:
+                clear[m, 1, k - 1], clear[m, 2, k - 1] = max(clear[m, 1, k - 1], low), min(clear[m, 2, k - 1], high)
+            clear[m, 1, k], clear[m, 2, k] = low, high
+        for n in range(2):
+            after_step(dims, tables, place, entry, states[n], work.after)
+            for i in range(d):
+                states[n, i] = work.after[i]
+        for m in range(len(points.row)):
+            clear[m, 0, k] = dot(dims, points.row[m], states[1])
+    for i in range(d):
+        tables.leap_shift[place, leap, i] = states[1, i]
+    tables.leap_part[place, leap] = part
+
+
+@inlined
+def leap_in_contact(dims, points, p, tables, place, step, leap, work):
+    """Write the state after the leap that begins with a step to ``work.after``; returns its linear part, or −1 where a
+    contact may switch."""
+    part = tables.leap_part[place, leap]
+    if part < 0:
+        _add_leap(dims, points, p, tables, place, step, leap, work)
+        part = tables.leap_part[place, leap]
+    stays, ones, vectors = True, (1 << WIDTH) - 1, LEAP // WIDTH
+    for m in range(len(points.row)):
+        far, z = 0.0, 0.0
+        for j in range(len(dims)):
+            far += tables.leap_bends[place, part, m, j] * abs(work.w[j] - points.rest[p, j])
+            z += points.row[m, j] * work.w[j]
+        first, clear, rows = tables.leap_first[place, leap, m], tables.leap_clear[place, leap, m], tables.leap_rows[
+            place, part, m]
+        stays &= (first[0] + far < z) & (z < first[1] - far)
+        for v in range(vectors):
+            at = load(clear, v)
+            for j in range(len(dims)):
+                at = vfma(broadcast(work.w[j]), load(rows, j * vectors + v), at)
+            low, high = load(clear, vectors + v), load(clear, 2 * vectors + v)
+            stays &= bits((low + broadcast(far) < at) & (at < high - broadcast(far))) == ones
+    if not stays:
+        return -1
+    _apply_affine(dims, tables.leap_matrix[place, part], tables.leap_shift[place, leap], work.w, work.after)
+    return part
