@@ -60,8 +60,8 @@ def split(count: int, largest: int = TILE, threads: int | None = None) -> list[s
 
 
 def split_points(points: np.ndarray, most: int, largest: int = TILE, threads: int | None = None) -> list[slice]:
-    """`split` of trajectories whose parameter ``points`` (L,) are neighbours where they are equal: into tiles of at most
-    ``most`` points, whose tables are kept from call to call, if there are enough of them for all threads."""
+    """`split` into tiles of at most ``most`` parameter points, whose tables are kept from call to call: ``points`` (L,)
+    are those of the trajectories, equal ones next to each other."""
     workers, first = _workers(threads), np.flatnonzero(np.diff(points, prepend=np.nan))
     most = max(1, min(most, -(-len(first) // workers)))
     ends = [*first[::most].tolist(), len(points)]

@@ -56,16 +56,11 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
     counts = np.ceil(min_steps_per_period(system)[:, None] * np.diff(edges, axis=1) - 1e-9).astype(np.int64)
     counts = np.maximum(counts, 1)
     rows = contacts.rows
-    forces = np.concatenate([system.f0[:, None], contacts.f_cos, contacts.f_sin, contacts.pushes], axis=1)
-    integral, sides = np.full(d, -1), aligned(vectors_of(len(contacts.sides)) * WIDTH)
+    sides = aligned(vectors_of(len(contacts.sides)) * WIDTH)
     sides[: len(contacts.sides)] = contacts.sides
-    for i in range(d):
-        if np.count_nonzero(system.A[:, i].any(axis=0)) == 1 and not forces[:, :, i].any():
-            (j,) = np.flatnonzero(system.A[:, i].any(axis=0))
-            integral[i] = j if np.all(system.A[:, i, j] == 1.0) else -1
     found = ContactPoints(*map(np.ascontiguousarray, (
         system.omega, system.A, system.f0, contacts.orders, contacts.f_cos, contacts.f_sin,
-        integral, rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
+        rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
         contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), sides, edges,
         stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
         np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system), _rest(system),
@@ -74,10 +69,10 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
     leaps = int((counts // LEAP).sum(axis=1).max()) if d > MOST_UNROLLED else 0
     room = both, max(_SETS * both, LEAP), _SETS * len(sample) * (2 if np.any(found.span > 1) else 1), leaps
-    least, entry, part = (sum(array.nbytes for array in new_tables(1, 1, *numbers, leaps, *sizes))
+    least, entry, part = (sum(array.nbytes for array in new_tables(1, 1, *numbers, leaps, len(sample), *sizes))
                           for numbers in ((1, 1), (2, 1), (1, 2)))
     share = min(1.0, _LARGEST / (room[1] * (entry - least) + room[2] * (part - least)))
-    room = both, max(LEAP, int(share * room[1])), max(1, int(share * room[2])), leaps
+    room = both, max(LEAP, int(share * room[1])), max(1, int(share * room[2])), leaps, len(sample)
     places = min(points, max(1, MEMORY // sum(array.nbytes for array in new_tables(1, *room, *sizes))))
     return found, new_tables(places, *room, *sizes)
 

@@ -20,13 +20,12 @@ from gearchaos.flow.kernels.vector.constants import ORDER, WIDTH
 from gearchaos.flow.kernels.vector.measure import Measure
 
 OFFSETS = 3  # coefficients of an offset
-BUCKETS = 2048  # of the table in which the matrices of a step and a contact set are found
 TERMS = 2 * WIDTH  # places of a polynomial of degree `ORDER`
 CLEAR = 4  # numbers of a mesh that `contact_sets.add_set` writes
 MOST_UNROLLED = 8
 """Most coordinates for which kernels are compiled by themselves, 1.2 to 1.7 times faster: it took minutes for 24."""
 LEAP = 2 * WIDTH
-"""Steps that are taken as one in contact. Leaps are taken above `MOST_UNROLLED` coordinates, where steps take longer."""
+"""Steps that are taken as one in contact, above `MOST_UNROLLED` coordinates, where steps take longer."""
 
 
 class ContactPoints(NamedTuple):
@@ -38,7 +37,6 @@ class ContactPoints(NamedTuple):
     orders: np.ndarray  # (H,) int, of the harmonics
     f_cos: np.ndarray  # (P, H, d)
     f_sin: np.ndarray
-    integral: np.ndarray  # (d,) int, the coordinate of which one is the integral; -1 where it is of none
     row: np.ndarray  # (K, d) displacement of a mesh from the coordinates
     unit: np.ndarray  # (K, d) row over its square: coordinates at which the displacement is 1
     rate: np.ndarray  # (K, d) its derivative
@@ -90,19 +88,18 @@ class StepTables(NamedTuple):
     step: np.ndarray  # (S, E) int, step and contact set of an entry
     closed: np.ndarray  # (S, E) int
     follows: np.ndarray  # (S, E) int, the entry of the next step with the same set; -1 where none is known
-    chain: np.ndarray  # (S, E) int, the next entry of the same bucket; -1 for none
-    bucket: np.ndarray  # (S, BUCKETS) int, its first entry
+    first: np.ndarray  # (S, Q) int, the last entry made of a step; -1 for none
+    chain: np.ndarray  # (S, E) int, the one made before; -1 for none
     linear: np.ndarray  # (S, E) int, the linear part
     shift: np.ndarray  # (S, E, V WIDTH) w after the step from 0; d coordinates in V vectors
     shifts: np.ndarray  # (S, E, G1, ORDER + 1, WIDTH) its polynomials on the step, see `contact_sets.values_at`
     shift_outputs: np.ndarray  # (S, E, K + 1, TERMS) those of the displacements and of the measured velocity
     clear: np.ndarray  # (S, E, K, CLEAR) see `contact_sets.add_set`
     parts: np.ndarray  # (S,) int, number of linear parts in use
-    part_piece: np.ndarray  # (S, F) int, piece and contact set of a linear part
-    part_closed: np.ndarray  # (S, F) int
-    part_chain: np.ndarray  # (S, F) int, the next linear part of the same bucket; -1 for none
-    part_bucket: np.ndarray  # (S, BUCKETS) int, its first one
-    equations: np.ndarray  # (S, F, d, d) A of w' = A w + ..., with the contacts that are closed
+    part_closed: np.ndarray  # (S, F) int, contact set of a linear part
+    part_first: np.ndarray  # (S, 2 N) int, the last linear part made of a piece; -1 for none
+    part_chain: np.ndarray  # (S, F) int, the one made before; -1 for none
+    equations: np.ndarray  # (S, F, d, V WIDTH) A of w' = A w + ... with the closed contacts: column j in row j
     matrix: np.ndarray  # (S, F, d, V WIDTH) w after the step: column j in row j
     columns: np.ndarray  # (S, F, G, ORDER + 1, WIDTH) its polynomials on the step
     outputs: np.ndarray  # (S, F, K + 1, d, TERMS)
@@ -125,8 +122,8 @@ class ContactWork(NamedTuple):
     after: np.ndarray  # (V WIDTH,), of d coordinates
     last: np.ndarray  # (V WIDTH,) the state at the end of a step
     tangents: np.ndarray  # (T, d)
-    force: np.ndarray  # (ORDER + 1, d) forcing of the motion on a segment
-    series: np.ndarray  # (ORDER + 1, d) polynomials of one
+    force: np.ndarray  # (V, ORDER + 1, WIDTH) forcing of the motion on a segment
+    series: np.ndarray  # (V, ORDER + 1, WIDTH) polynomials of one
     power: np.ndarray  # (d, d) of the matrix of a step
     states: np.ndarray  # (2, d) of motions from rest and from 0
     values: np.ndarray  # (2 * G * WIDTH,) the columns at a point of the step, see `contact_sets.values_at`
@@ -140,9 +137,11 @@ class ContactWork(NamedTuple):
     progress: np.ndarray  # (4,) int: number of the trajectory, completed periods, whether it is loaded, segments kept
 
 
-def new_tables(places: int, steps: int, entries: int, parts: int, leaps: int, d: int, m: int, k: int) -> StepTables:
-    """Empty tables with these numbers of places, steps, entries, linear parts, leaps in contact, coordinates, contacts
-    and meshes."""
+def new_tables(
+    places: int, steps: int, entries: int, parts: int, leaps: int, pieces: int, d: int, m: int, k: int
+) -> StepTables:
+    """Empty tables with these numbers of places, steps, entries, linear parts, leaps in contact, pieces, coordinates,
+    contacts and meshes."""
     leaping, vector = parts if leaps else 0, vectors_of(d) * WIDTH
 
     def whole(*shape: int) -> np.ndarray:
@@ -152,16 +151,17 @@ def new_tables(places: int, steps: int, entries: int, parts: int, leaps: int, d:
         return np.zeros((places, *shape))
 
     return StepTables(
-        whole(), whole(), whole(steps), real(steps), real(steps), whole(steps), whole(steps), whole(steps), whole(steps),
-        whole(steps), real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH), real(steps, ORDER + 1, d),
-        real(steps, ORDER + 1), whole(), whole(entries), whole(entries), whole(entries), whole(entries), whole(BUCKETS),
-        whole(entries), aligned(places, entries, vector), aligned(places, entries, vectors_of(d), ORDER + 1, WIDTH),
+        whole(), whole(), whole(steps), real(steps), real(steps), whole(steps), whole(steps), whole(steps),
+        whole(steps), whole(steps), real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH),
+        real(steps, ORDER + 1, d), real(steps, ORDER + 1),
+        whole(), whole(entries), whole(entries), whole(entries), whole(steps), whole(entries), whole(entries),
+        aligned(places, entries, vector), aligned(places, entries, vectors_of(d), ORDER + 1, WIDTH),
         aligned(places, entries, k + 1, TERMS), real(entries, k, CLEAR),
-        whole(), whole(parts), whole(parts), whole(parts), whole(BUCKETS), real(parts, d, d),
-        aligned(places, parts, d, vector),
-        aligned(places, parts, vectors_of(d * d), ORDER + 1, WIDTH), aligned(places, parts, k + 1, d, TERMS),
-        real(parts, k, d), whole(leaping), aligned(places, leaping, d, vector), aligned(places, leaping, k, d, LEAP),
-        real(leaping, k, d), whole(leaps), whole(leaps), aligned(places, leaps, vector), real(leaps, k, 2),
+        whole(), whole(parts), whole(2 * pieces), whole(parts), aligned(places, parts, d, vector),
+        aligned(places, parts, d, vector), aligned(places, parts, vectors_of(d * d), ORDER + 1, WIDTH),
+        aligned(places, parts, k + 1, d, TERMS), real(parts, k, d),
+        whole(leaping), aligned(places, leaping, d, vector), aligned(places, leaping, k, d, LEAP), real(leaping, k, d),
+        whole(leaps), whole(leaps), aligned(places, leaps, vector), real(leaps, k, 2),
         aligned(places, leaps, k, 3, LEAP))
 
 
@@ -174,9 +174,9 @@ def new_contact_work(d: int, m: int, k: int, vectors: int) -> ContactWork:
     """Memory for d coordinates, m contacts, k meshes and this number of tangent vectors."""
     groups, vector = vectors_of(m), vectors_of(d) * WIDTH
     return ContactWork(
-        np.zeros(d), aligned(vector), aligned(vector), np.zeros((vectors, d)), np.zeros((ORDER + 1, d)),
-        np.zeros((ORDER + 1, d)), np.zeros((d, d)), np.zeros((2, d)), aligned(2 * vectors_of(d * d) * WIDTH),
-        aligned(2 * vectors_of(d) * WIDTH), aligned(k + 1, TERMS), np.zeros(TERMS),
-        aligned(groups * (ORDER + 1) * WIDTH),
-        aligned(groups * WIDTH), aligned(k, row_offsets(2, "always").total * WIDTH, to=PAGE),
-        aligned(k, len(Measure) * WIDTH), np.zeros(4, np.int64))
+        np.zeros(d), aligned(vector), aligned(vector), np.zeros((vectors, d)),
+        aligned(vectors_of(d), ORDER + 1, WIDTH), aligned(vectors_of(d), ORDER + 1, WIDTH),
+        np.zeros((d, d)), np.zeros((2, d)), aligned(2 * vectors_of(d * d) * WIDTH), aligned(2 * vector),
+        aligned(k + 1, TERMS), aligned(TERMS), aligned(groups * (ORDER + 1) * WIDTH), aligned(groups * WIDTH),
+        aligned(k, row_offsets(2, "always").total * WIDTH, to=PAGE), aligned(k, len(Measure) * WIDTH),
+        np.zeros(4, np.int64))

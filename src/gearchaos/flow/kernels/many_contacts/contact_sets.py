@@ -11,7 +11,7 @@ from math import cos, sin
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.many_contacts.contact_arrays import BUCKETS, LEAP, MOST_UNROLLED, OFFSETS
+from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP, MOST_UNROLLED, OFFSETS
 from gearchaos.flow.kernels.vector.constants import ORDER, TWO_PI, WIDTH
 from gearchaos.flow.kernels.vector.simd import bits, broadcast, fma, load, store, vfma
 
@@ -96,7 +96,7 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
 @inlined
 def _forget_sets(tables, place):
     tables.entries[place] = tables.parts[place] = 0
-    tables.bucket[place, :] = tables.part_bucket[place, :] = -1
+    tables.first[place, :] = tables.part_first[place, :] = -1
     tables.leap_made[place, :] = tables.leap_part[place, :] = -1
 
 
@@ -122,54 +122,66 @@ def mesh_closed(points, closed, m):
 
 @subroutine
 def _set_equations(dims, points, p, tables, place, step, closed, linear):
-    """Write the linear part (d, d) of the motion on a step with a contact set."""
+    """Write the linear part of the motion on a step with a contact set, column j in row j
+    of ``linear`` (d, V WIDTH)."""
     d = len(dims)
     for i in range(d):
         for j in range(d):
-            linear[i, j] = points.A[p, i, j]
+            linear[j, i] = points.A[p, i, j]
     for e in range(len(points.mesh)):
         if closed >> e & 1:
             m = points.mesh[e]
             for i in range(d):
                 push = points.push[p, m, i] * tables.stiffness[place, step, e]
                 for j in range(d):
-                    linear[i, j] -= push * points.row[m, j]
+                    linear[j, i] -= push * points.row[m, j]
     for m in range(len(points.row)):
         if points.in_contact[m] and mesh_closed(points, closed, m):
             for i in range(d):
                 for j in range(d):
-                    linear[i, j] -= points.push[p, m, i] * points.damping[p, m] * points.rate[m, j]
+                    linear[j, i] -= points.push[p, m, i] * points.damping[p, m] * points.rate[m, j]
 
 
 @subroutine
 def _set_force(dims, points, p, tables, place, step, closed, force):
-    """Write the forcing (ORDER + 1, d) of the motion on a step with a contact set."""
+    """Write the forcing (V, ORDER + 1, WIDTH) of the motion on a step with a contact set."""
     for k in range(ORDER + 1):
         for i in range(len(dims)):
-            force[k, i] = tables.force[place, step, k, i]
+            force[i // WIDTH, k, i % WIDTH] = tables.force[place, step, k, i]
     for e in range(len(points.mesh)):
         if closed >> e & 1:
             m, side = points.mesh[e], points.side[e]
             for i in range(len(dims)):
                 push = points.push[p, m, i] * tables.stiffness[place, step, e]
                 for k in range(OFFSETS):
-                    force[k, i] += side * push * tables.offset[place, step, k, e]
+                    force[i // WIDTH, k, i % WIDTH] += side * push * tables.offset[place, step, k, e]
 
 
-@subroutine
-def _fill_series(dims, integral, duration, linear, force, series):
-    """Taylor polynomials (ORDER + 1, d) in s of w' = linear w + force from ``series[0]``; ``integral`` (d,) is that of
-    `ContactPoints`."""
+@inlined
+def _fill_series(dims, duration, linear, force, series):
+    """Taylor polynomials in s of w' = linear w + force from ``series`` at 0, in V vectors of ORDER + 1 coefficients."""
     for k in range(ORDER):
-        scale = duration / (k + 1)
-        for i in range(len(dims)):
-            if integral[i] >= 0:
-                total = series[k, integral[i]]
-            else:
-                total = force[k, i]
-                for n in range(len(dims)):
-                    total = fma(linear[i, n], series[k, n], total)
-            series[k + 1, i] = total * scale
+        scale = broadcast(duration / (k + 1))
+        for v in range(len(series)):
+            total = load(force, v * (ORDER + 1) + k)
+            for n in range(len(dims)):
+                total = vfma(load(linear, n * len(series) + v), broadcast(series[n // WIDTH, k, n % WIDTH]), total)
+            store(series, v * (ORDER + 1) + k + 1, total * scale)
+
+
+@inlined
+def _bend(dims, outputs, constant, state, factor, terms):
+    """How far a displacement is from its chord on a step at most, in the motion from ``factor`` times a state (d,), by
+    its polynomials (d, TERMS) from unit vectors and that from 0; ``terms`` (TERMS,) is memory."""
+    low, high, bend = load(constant, 0), load(constant, 1), 0.0
+    for j in range(len(dims)):
+        at = broadcast(factor * state[j])
+        low, high = vfma(at, load(outputs, 2 * j), low), vfma(at, load(outputs, 2 * j + 1), high)
+    store(terms, 0, low)
+    store(terms, 1, high)
+    for k in range(2, ORDER + 1):
+        bend += k * (k - 1) / 8.0 * abs(terms[k])
+    return bend
 
 
 @inlined
@@ -181,28 +193,38 @@ def dot(dims, row, w):
     return total
 
 
+@inlined
+def _coefficient(dims, row, series, k):
+    """Coefficient k of row·w, from the polynomials of w."""
+    total = 0.0
+    for i in range(len(dims)):
+        total += row[i] * series[i // WIDTH, k, i % WIDTH]
+    return total
+
+
 @subroutine
 def _add_part(dims, points, p, tables, place, step, closed, work):
     """Make the linear part of the motion with a contact set, for all steps of the piece of this one; returns it."""
     d, part = len(dims), tables.parts[place]
     tables.parts[place] = part + 1
     piece, series = tables.piece[place, step], work.series
-    tables.part_piece[place, part], tables.part_closed[place, part] = piece, closed
-    number = _bucket(piece, closed)
-    tables.part_chain[place, part], tables.part_bucket[place, number] = tables.part_bucket[place, number], part
+    tables.part_closed[place, part] = closed
+    tables.part_chain[place, part], tables.part_first[place, piece] = tables.part_first[place, piece], part
     linear = tables.equations[place, part]
     _set_equations(dims, points, p, tables, place, step, closed, linear)
     work.force[:] = 0.0
+    series[:] = 0.0
     for j in range(d):
         for i in range(d):
-            series[0, i] = 1.0 if i == j else 0.0
-        _fill_series(dims, points.integral, tables.duration[place, step], linear, work.force, series)
+            series[i // WIDTH, 0, i % WIDTH] = 1.0 if i == j else 0.0
+        _fill_series(dims, tables.duration[place, step], linear, work.force, series)
         for k in range(ORDER + 1):
             for i in range(d):
-                tables.columns[place, part, (j * d + i) // WIDTH, k, (j * d + i) % WIDTH] = series[k, i]
+                tables.columns[place, part, (j * d + i) // WIDTH, k, (j * d + i) % WIDTH] = series[
+                    i // WIDTH, k, i % WIDTH]
             for m in range(len(points.row)):
-                tables.outputs[place, part, m, j, k] = dot(dims, points.row[m], series[k])
-            tables.outputs[place, part, len(points.row), j, k] = dot(dims, points.velocity[p], series[k])
+                tables.outputs[place, part, m, j, k] = _coefficient(dims, points.row[m], series, k)
+            tables.outputs[place, part, len(points.row), j, k] = _coefficient(dims, points.velocity[p], series, k)
     values_at(tables.columns[place, part], 1.0, work.values)
     for j in range(d):
         for i in range(d):
@@ -216,8 +238,8 @@ def _add_part(dims, points, p, tables, place, step, closed, work):
 
 
 @subroutine
-def _make_clear(dims, points, tables, place, step, closed, entry):
-    """Write ``clear`` of a contact set, see `add_set`."""
+def _make_clear(dims, points, tables, place, step, closed, entry, terms):
+    """Write ``clear`` of a contact set, see `add_set`; ``terms`` (TERMS,) is memory."""
     for m in range(len(points.row)):
         low, high, reference = -np.inf, np.inf, 0.0
         for e in range(len(points.mesh)):
@@ -231,13 +253,10 @@ def _make_clear(dims, points, tables, place, step, closed, entry):
                 low = max(low, side * o[0, e] + bend, side * end + bend)
             else:
                 high = min(high, side * o[0, e] - bend, side * end - bend)
-        clear, motion = tables.clear[place, entry, m], tables.outputs[place, tables.linear[place, entry], m]
-        clear[0], clear[1], clear[2], clear[3] = low, high, reference, 0.0
-        for k in range(2, ORDER + 1):
-            at_reference = tables.shift_outputs[place, entry, m, k]
-            for j in range(len(dims)):
-                at_reference += motion[j, k] * reference * points.unit[m, j]
-            clear[3] += k * (k - 1) / 8.0 * abs(at_reference)
+        clear = tables.clear[place, entry, m]
+        clear[0], clear[1], clear[2] = low, high, reference
+        clear[3] = _bend(dims, tables.outputs[place, tables.linear[place, entry], m],
+                         tables.shift_outputs[place, entry, m], points.unit[m], reference, terms)
 
 
 @inlined
@@ -275,15 +294,10 @@ def values_at(columns, s, values):
 
 
 @inlined
-def _bucket(number, closed):
-    return (closed * 31 + number) % BUCKETS
-
-
-@inlined
-def _find(bucket, chain, numbers, sets, number, closed):
-    """The place of a number with a contact set among these, by its bucket; −1 if there is none."""
-    found = bucket[_bucket(number, closed)]
-    while found >= 0 and not (numbers[found] == number and sets[found] == closed):
+def _find(first, chain, sets, closed):
+    """The place of a contact set among those of a step or of a piece, in a chain; −1 if it is not there."""
+    found = first
+    while found >= 0 and sets[found] != closed:
         found = chain[found]
     return found
 
@@ -297,29 +311,27 @@ def add_set(dims, points, p, tables, place, step, closed, work):
     that begins on a reference displacement, the third number, at rest: the fourth; ``bends`` are, for each coordinate,
     that for a difference of 1 from there.
     """
-    if tables.entries[place] == tables.step.shape[1] or tables.parts[place] == tables.part_piece.shape[1]:
+    if tables.entries[place] == tables.step.shape[1] or tables.parts[place] == tables.part_closed.shape[1]:
         _forget_sets(tables, place)
     entry = tables.entries[place]
     tables.entries[place] = entry + 1
     tables.step[place, entry], tables.closed[place, entry], tables.follows[place, entry] = step, closed, -1
-    number = _bucket(step, closed)
-    tables.chain[place, entry], tables.bucket[place, number] = tables.bucket[place, number], entry
-    part = _find(tables.part_bucket[place], tables.part_chain[place], tables.part_piece[place],
-                 tables.part_closed[place], tables.piece[place, step], closed)
+    tables.chain[place, entry], tables.first[place, step] = tables.first[place, step], entry
+    part = _find(tables.part_first[place, tables.piece[place, step]], tables.part_chain[place],
+                 tables.part_closed[place], closed)
     if part < 0:
         part = _add_part(dims, points, p, tables, place, step, closed, work)
-    tables.linear[place, entry], series = part, work.series
+    tables.linear[place, entry] = part
     _set_force(dims, points, p, tables, place, step, closed, work.force)
-    series[0] = 0.0
-    _fill_series(dims, points.integral, tables.duration[place, step], tables.equations[place, part], work.force, series)
-    outputs = tables.shift_outputs[place, entry]
+    series, outputs = tables.shifts[place, entry], tables.shift_outputs[place, entry]
+    series[:, 0] = 0.0
+    _fill_series(dims, tables.duration[place, step], tables.equations[place, part], work.force, series)
     for k in range(ORDER + 1):
-        for i in range(len(dims)):
-            tables.shifts[place, entry, i // WIDTH, k, i % WIDTH] = series[k, i]
         for m in range(len(points.row)):
-            outputs[m, k] = dot(dims, points.row[m], series[k])
-        outputs[len(points.row), k] = dot(dims, points.velocity[p], series[k]) + tables.velocity[place, step, k]
-    _make_clear(dims, points, tables, place, step, closed, entry)
+            outputs[m, k] = _coefficient(dims, points.row[m], series, k)
+        velocity = _coefficient(dims, points.velocity[p], series, k)
+        outputs[len(points.row), k] = velocity + tables.velocity[place, step, k]
+    _make_clear(dims, points, tables, place, step, closed, entry, work.shifted)
     values_at(tables.shifts[place, entry], 1.0, work.shifts)
     for i in range(len(dims)):
         tables.shift[place, entry, i] = work.shifts[i]
@@ -329,7 +341,7 @@ def add_set(dims, points, p, tables, place, step, closed, work):
 @inlined
 def find_set(dims, points, p, tables, place, step, closed, work):
     """The entry of a step and a contact set, made if it is not there."""
-    entry = _find(tables.bucket[place], tables.chain[place], tables.step[place], tables.closed[place], step, closed)
+    entry = _find(tables.first[place, step], tables.chain[place], tables.closed[place], closed)
     return entry if entry >= 0 else add_set(dims, points, p, tables, place, step, closed, work)
 
 
@@ -378,12 +390,8 @@ def _add_leap(dims, points, p, tables, place, step, leap, work):
     for k in range(LEAP):
         entry = find_set(dims, points, p, tables, place, step + k, closed, work)
         for m in range(len(points.row)):
-            bend, outputs = 0.0, tables.outputs[place, part, m]
-            for q in range(2, ORDER + 1):
-                term = tables.shift_outputs[place, entry, m, q]
-                for j in range(d):
-                    term += outputs[j, q] * states[0, j]
-                bend += q * (q - 1) / 8.0 * abs(term)
+            bend = _bend(dims, tables.outputs[place, part, m], tables.shift_outputs[place, entry, m], states[0], 1.0,
+                         work.shifted)
             low, high = tables.clear[place, entry, m, 0] + bend, tables.clear[place, entry, m, 1] - bend
             if k == 0:
                 first[m, 0], first[m, 1] = low, high
