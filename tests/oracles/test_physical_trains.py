@@ -45,11 +45,48 @@ def test_room_for_few_matrices_gives_the_same_bits(monkeypatch):
     for room in (2 << 30, 100_000):
         monkeypatch.setattr("gearchaos.flow.contact_tables._LARGEST", room)
         problem = initial_value_problems(model)
-        entries = problem.flow._tables.matrix.shape[1]
+        entries = problem.flow._tables.step.shape[1]
         runs.append((entries, problem.flow.advance(problem.w + 0.7, 5, measured=True)))
     (many, one), (few, other) = runs
     assert few < min(many, problem.flow.step_count[0])
     assert one.w.tobytes() == other.w.tobytes() and one.measures.tobytes() == other.measures.tobytes()
+
+
+def gearbox(speed: float) -> gc.Train:
+    """Two stages between motor and load with shafts: ten coordinates."""
+    bodies = {"motor": 0.02, "pinion1": 5e-4, "wheel1": 8e-3, "pinion2": 1e-3, "wheel2": 3e-2, "load": 1.5}
+    torques = {"motor": 60.0, "load": -240.0}
+    springs = {("motor", "pinion1"): (2e4, 2.0), ("wheel1", "pinion2"): (1e5, 4.0), ("wheel2", "load"): (2e5, 20.0)}
+    meshes = [(("pinion1", "wheel1"), 0.0235, 4e8, 1500.0), (("pinion2", "wheel2"), 0.03, 6e8, 2500.0)]
+    return gc.Train(
+        speed=speed, bodies=[gc.Body(name=n, inertia=j, torque=torques.get(n, 0.0)) for n, j in bodies.items()],
+        shafts=[gc.Shaft(between=names, stiffness=k, damping=c) for names, (k, c) in springs.items()],
+        meshes=[gc.Mesh(between=names, teeth=(20, 40), base_radii=(r, 2 * r), damping=c, backlash=1e-4,
+                        stiffness={"levels": [k, 0.7 * k], "starts": [0, 0.6]}, error_amplitudes=[4e-6])
+                for names, r, k, c in meshes])
+
+
+def test_leaps_in_contact_lead_where_their_steps_do():
+    """Measured motion takes no leaps. The first motions keep contact, then some touch its end, the last ones hit."""
+    problem = initial_value_problems(as_model(gearbox(900.0)))
+    flow, direction = problem.flow, np.random.default_rng(5).normal(size=(len(problem.w), 2))
+    size = np.linspace(0.0, 0.25, 400)
+    w = flow.advance(problem.w, 60).w + np.hstack([each[:, None] * size for each in direction.T])
+    points = np.zeros(w.shape[1], int)
+    leaping = flow.advance(w, 3, points=points)
+    made = np.count_nonzero(flow._tables.leap_part[0] >= 0)
+    stepping = flow.advance(w, 3, points=points, measured=True)
+    assert np.abs(leaping.w - stepping.w).max() < 1e-12 * np.abs(stepping.w).max()
+    changes = of_meshes(stepping.measures)[:, Measure.SWITCHES].sum(axis=0)
+    assert made > 20 and 100 < np.count_nonzero(changes) < 700
+
+
+def test_tangents_leap_with_the_motion():
+    problem = initial_value_problems(as_model(gearbox(900.0)))
+    d = len(problem.w)
+    w = problem.flow.advance(problem.w, 40).w
+    runs = [problem.flow.advance(w, 1, tangent=np.eye(d)[:, :, None], measured=m) for m in (False, True)]
+    assert np.abs(runs[0].tangent - runs[1].tangent).max() < 1e-11 * np.abs(runs[1].tangent).max()
 
 
 @pytest.mark.exhaustive

@@ -65,16 +65,20 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
         np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system), _rest(system),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
-    steps, sizes = counts.sum(axis=1), (d, len(contacts.sides), len(rows))
+    steps = counts.sum(axis=1)
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
     leaps = int((counts // LEAP).sum(axis=1).max()) if d > MOST_UNROLLED else 0
-    room = both, max(_SETS * both, LEAP), _SETS * len(sample) * (2 if np.any(found.span > 1) else 1), leaps
-    least, entry, part = (sum(array.nbytes for array in new_tables(1, 1, *numbers, leaps, len(sample), *sizes))
-                          for numbers in ((1, 1), (2, 1), (1, 2)))
-    share = min(1.0, _LARGEST / (room[1] * (entry - least) + room[2] * (part - least)))
-    room = both, max(LEAP, int(share * room[1])), max(1, int(share * room[2])), leaps, len(sample)
-    places = min(points, max(1, MEMORY // sum(array.nbytes for array in new_tables(1, *room, *sizes))))
-    return found, new_tables(places, *room, *sizes)
+    fixed = leaps, len(sample), d, len(contacts.sides), len(rows)
+    entries, parts = max(_SETS * both, LEAP), _SETS * len(sample) * (2 if np.any(found.span > 1) else 1)
+    least, entry, part = (_size(new_tables(1, 1, *room, *fixed)) for room in ((1, 1), (2, 1), (1, 2)))
+    share = min(1.0, _LARGEST / (entries * (entry - least) + parts * (part - least)))
+    entries, parts = max(LEAP, int(share * entries)), max(1, int(share * parts))
+    places = min(points, max(1, MEMORY // _size(new_tables(1, both, entries, parts, *fixed))))
+    return found, new_tables(places, both, entries, parts, *fixed)
+
+
+def _size(tables: StepTables) -> int:
+    return sum(array.nbytes for array in tables)
 
 
 def _rest(system: SwitchedSystem) -> np.ndarray:

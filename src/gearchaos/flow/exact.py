@@ -306,7 +306,7 @@ class ExactFlow(Generic[System]):
         """Parameter points like the first one whose tables are kept from call to call; None where all are."""
         if self.system.contacts is None:
             return None
-        return max(1, MEMORY * len(self._tables.point) // sum(array.nbytes for array in self._tables))
+        return max(1, MEMORY // sum(array[0].nbytes for array in self._tables))
 
     def _run_with_sets(self, call: Call) -> None:
         """Advance the trajectories of a call where there are several contacts, those of a point in turn."""

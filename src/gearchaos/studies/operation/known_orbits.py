@@ -14,6 +14,7 @@ from gearchaos.studies.core.initial_value_problems import Motions
 
 _RUNS = (2, 2, 4, 8, 16, 32)  # mesh periods of the runs after which motions are compared with the orbits
 LONGEST = sum(_RUNS)
+_MANY_STEPS = 1000  # of a period, in which a motion may come so near that another comparison half way pays
 LONGEST_ORBIT = 32  # mesh periods: a motion is compared with each stroboscopic point of each orbit
 _REACHED = 1e-3  # largest distance from a point of a stable orbit, in half backlashes, at which it is reached
 
@@ -51,7 +52,8 @@ def reach(motions: Motions, known: Sequence[Sequence[Orbit]]) -> np.ndarray:
         where = slice(filled[p], filled[p] + len(each))
         targets[p, where], owner[p, where], filled[p] = each, i, where.stop
     going = np.arange(len(points))
-    for periods in _RUNS:
+    halves = 2 if flow.points_kept and flow.step_count.max() > _MANY_STEPS else 1
+    for periods in (run // halves for run in _RUNS for _ in range(halves)):
         run = flow.advance(w[:, going], periods, points=points[going])
         bounded = run.status == OK
         going, after = going[bounded], run.w[:, bounded]
