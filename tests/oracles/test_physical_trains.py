@@ -10,6 +10,7 @@ from gearchaos.flow import OK, Measure, of_meshes
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.quantities import parameter_owner
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
+from gearchaos.studies.operation.known_orbits import KnownOrbit, LinearBasin
 from tests import EXAMPLES
 from tests.oracles.physical_trains import Oracle, motion
 from tests.oracles.random_trains import SHAPES, random_state, random_train
@@ -79,6 +80,21 @@ def test_leaps_in_contact_lead_where_their_steps_do():
     assert np.abs(leaping.w - stepping.w).max() < 1e-12 * np.abs(stepping.w).max()
     changes = of_meshes(stepping.measures)[:, Measure.SWITCHES].sum(axis=0)
     assert made > 20 and 100 < np.count_nonzero(changes) < 700
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_motions_from_the_linear_basin_of_an_orbit_come_to_it_and_change_no_contact(seed):
+    problem = initial_value_problems(as_model(gearbox(900.0)))
+    flow, sizes = problem.flow, np.linspace(-0.3, 0.3, 120)
+    w = flow.advance(problem.w, 3000).w
+    basin = LinearBasin.of(flow, KnownOrbit(1, w[:, 0]), 0)
+    assert basin is not None
+    begin, points = w + np.random.default_rng(seed).normal(size=w.shape) * sizes, np.zeros(len(sizes), int)
+    inside = basin.has(begin)
+    changes = of_meshes(flow.advance(begin, 20, points=points, measured=True).measures)[:, Measure.SWITCHES].sum(axis=0)
+    assert not changes[inside].any() and changes.any()
+    assert np.count_nonzero(inside) > 0.08 * np.count_nonzero(changes == 0)
+    assert np.abs(flow.advance(begin[:, inside], 3000, points=points[inside]).w - w).max() < 1e-9
 
 
 def test_tangents_leap_with_the_motion():

@@ -13,8 +13,9 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from gearchaos.flow.contact_tables import MEMORY, contact_dimensions, prepare_contacts
-from gearchaos.flow.kernels.many_contacts.contact_arrays import new_contact_work
+from gearchaos.flow.kernels.many_contacts.contact_arrays import MOST_UNROLLED, new_contact_work
 from gearchaos.flow.kernels.many_contacts.contact_motion import advance_contact_sets
+from gearchaos.flow.kernels.many_contacts.contact_shares import contact_shares
 from gearchaos.flow.kernels.one_spring.advance import advance_packs
 from gearchaos.flow.kernels.vector.arrays import Call, dimensions, new_lanes, new_slots, new_workspace
 from gearchaos.flow.kernels.vector.constants import SLOTS, WIDTH
@@ -318,6 +319,38 @@ class ExactFlow(Generic[System]):
             while advance_contact_sets(dims, points, call, order, self._tables, work, len(call.measures) > 0,
                                        _STEPS_BETWEEN_CANCEL_CHECKS):
                 raise_if_cancelled()
+
+    @property
+    def leaps_in_contact(self) -> bool:
+        """Whether contact far from its end is followed in leaps of many steps."""
+        return self.system.contacts is not None and self.dimension > MOST_UNROLLED
+
+    def contact_shares(self, w: np.ndarray, vectors: np.ndarray, point: int) -> np.ndarray | None:
+        """How much of the distance to another change of contact small differences from a motion use in a period.
+
+        Parameters
+        ----------
+        w : (d,)
+            Coordinates at the start of the motion.
+        vectors : (C, d)
+            Differences from it at the start.
+        point : int
+            The parameter point.
+
+        Returns
+        -------
+        (C,) or None
+            The largest share of each, at any mesh and instant. Differences with sizes whose sum with these weights is
+            below 1 change no contact but where the motion does. None where a contact may change in the motion itself
+            amid a piece of the period. For systems with `leaps_in_contact`.
+        """
+        with self._lock:
+            points, shares, moving = self._contacts, np.zeros(len(vectors)), np.array(vectors, order="C")
+            work = new_contact_work(self.dimension, len(points.mesh), len(points.row), 0)
+            work.w[:] = w
+            found = contact_shares(
+                contact_dimensions(self.dimension), points, point, self._tables, work, moving, moving.copy(), shares)
+        return shares if found else None
 
     def _packs(self, points: np.ndarray, periods: np.ndarray) -> np.ndarray:
         """Group trajectories with the same step grid into packs: indices (C, WIDTH), -1 for unused positions.

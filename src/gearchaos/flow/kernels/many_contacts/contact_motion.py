@@ -18,7 +18,7 @@ from gearchaos.flow.kernels.vector.simd import fma
 
 
 @inlined
-def _closed_contacts(dims, points, tables, place, step, w, before):
+def closed_contacts(dims, points, tables, place, step, w, before):
     """The contact set of a state at the start of a step, from that ``before``."""
     anew = tables.anew[place, step]
     closed = before & tables.present[place, step] & ~anew
@@ -88,7 +88,7 @@ def _leap(dims, points, p, tables, place, leap, measuring, work):
 
 
 @inlined
-def _advance_tangents(dims, matrix, tangents, moved):
+def advance_tangents(dims, matrix, tangents, moved):
     """Advance tangent vectors (T, d) over a step; ``moved`` (d,) is memory."""
     for c in range(len(tangents)):
         for i in range(len(dims)):
@@ -139,7 +139,7 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
             if step == tables.steps[place]:
                 break
         if tables.pause[place, step] == 1:
-            before, closed = closed, _closed_contacts(dims, points, tables, place, step, work.w, closed)
+            before, closed = closed, closed_contacts(dims, points, tables, place, step, work.w, closed)
             entry = entry if closed == before else -1
             if len(call.samples) > 0 and tables.sample[place, step] >= 0:
                 _sample(dims, points, call.samples[period, tables.sample[place, step]], lane, closed, work.w)
@@ -171,7 +171,7 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
         if following >= 0:
             part = tables.linear[place, following]
         matrices = tables.leap_matrix if following < 0 else tables.matrix
-        _advance_tangents(dims, matrices[place, part], work.tangents, work.after)
+        advance_tangents(dims, matrices[place, part], work.tangents, work.after)
         entry = following if taken == 1 else -1
         step += taken
         if len(call.growth) > 0 and (step == tables.steps[place] or step // every > (step - taken) // every):
