@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 import gearchaos as gc
 from benchmarks.reality import drawn_design, with_error
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
-from gearchaos.continuation.natural import End, Follower, Orbits, Path
+from gearchaos.continuation.natural import FollowedOrbits, Follower, Path, PathEnd
 from gearchaos.errors import InputError
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.studies.core.proportions import proportion
@@ -139,15 +139,15 @@ def test_each_speed_counts_by_the_range_for_which_it_stands_not_by_its_states():
     (100.0, 110.0, (106.0, 103.0), 106.0), (110.0, 100.0, (104.0, 107.0), 104.0),
     (100.0, 110.0, (103.0, 106.0), 106.0)])
 def test_an_edge_is_that_of_the_motion_that_goes_furthest_in_whatever_order(inside, outside, ends, edge):
-    bracket = Bracket(None, inside, outside, (), (), lambda _: 1, End(inside))
+    bracket = Bracket(None, inside, outside, (), (), lambda _: 1, PathEnd(inside))
     for speed in ends:
-        bracket.reach(End(speed))
+        bracket.reach(PathEnd(speed))
     assert bracket.found.value == edge
 
 
 def test_an_orbit_of_a_shorter_period_is_the_same_motion_only_where_both_merge():
     one = np.ones(1)
-    far = Orbits(np.full((2, 1), 0.1), np.zeros((1, 2)), one > 0, one > 0, one.astype(int), one, one, one,
+    far = FollowedOrbits(np.full((2, 1), 0.1), np.zeros((1, 2)), one > 0, one > 0, one.astype(int), one, one, one,
                   np.zeros((1, 0), int), one > 0)
     paths = [Path({}, 100.0, 101.0, 2, np.zeros(2))]
     assert far.fails(np.zeros((2, 1)), paths).tolist() == [1] and far.fails(far.w - 1e-3, paths).tolist() == [0]

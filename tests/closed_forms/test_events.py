@@ -12,7 +12,7 @@ import xarray as xr
 
 import gearchaos as gc
 from gearchaos.continuation.arclength import Settings
-from gearchaos.continuation.branch import HALVED, Branch, End, follow_branch
+from gearchaos.continuation.branch import HALVED, Branch, BranchEnd, follow_branch
 from gearchaos.continuation.defining import EventState
 from gearchaos.continuation.events import FLIP, GRAZE, find_events, locate
 from gearchaos.continuation.family import ParameterFamily
@@ -159,7 +159,7 @@ def test_an_unstable_branch_is_unstable_up_to_the_flip_that_it_joins():
         return SimpleNamespace(u=np.array([0.0, value]), data=SimpleNamespace(multipliers=np.array([multiplier, 0.1])))
 
     points = [point(0.1, 1.3), point(0.2, 1.1), point(0.3, 1.0)]
-    branch = Branch(SimpleNamespace(), 2, points, ends=[End(0.1, "end of the axis"), End(0.3, HALVED)])
+    branch = Branch(SimpleNamespace(), 2, points, ends=[BranchEnd(0.1, "end of the axis"), BranchEnd(0.3, HALVED)])
     assert branch.unstable.tolist() == [1, 1, 1] and branch.stable_intervals() == []
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.answer import DesignAnswer
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.explorer.core.state import view_of
 from gearchaos.explorer.core.text import from_query, to_query
@@ -145,7 +145,7 @@ def test_the_datasheet_says_that_two_pairs_touch_under_any_torque():
     assert along == pytest.approx(rest * 1e3 * HIGH.geometry.base_pitch, abs=0.02)
     short = replace(HIGH, tip_relief={"amount": "5 um", "start_diameter": "157 mm"})
     assert datasheet(short)["best_tip_relief_start"].value == (157.0, 157.0)
-    assert "contact of 2 pairs begins at" in dict(Answer.of(short).facts)["load sharing"] or any(
+    assert "contact of 2 pairs begins at" in dict(DesignAnswer.of(short).facts)["load sharing"] or any(
         datasheet(short)["best_tip_relief"].value)
 
 

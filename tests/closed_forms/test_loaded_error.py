@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.answer import DesignAnswer
 from gearchaos.datasheet.page import sheet_html
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
@@ -172,7 +172,7 @@ def test_a_harris_map_without_torques_is_refused(gears, torques, message):
 
 @pytest.mark.slow
 def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the_load():
-    sheet, shared, plain = datasheet(RELIEVED), Answer.of(RELIEVED), Answer.of(SPRING)
+    sheet, shared, plain = datasheet(RELIEVED), DesignAnswer.of(RELIEVED), DesignAnswer.of(SPRING)
     found = sheet["loaded_error_peak_to_peak"]
     assert (found.value, found.unit) == (pytest.approx(1e6 * peak_to_peak(RELIEVED)), "µm")
     assert datasheet(replace(RELIEVED, torque=None))["loaded_error_peak_to_peak"].reason.startswith("torque must be")
@@ -181,8 +181,9 @@ def test_the_datasheet_has_the_variation_and_the_map_where_tooth_pairs_share_the
         f"tooth pairs on their nominal path alone, mesh deflection {found.value:.3g} µm peak to peak; "
         f"at rest least with a relief of {first:.3g} / {second:.3g} µm from these diameters: {least:.3g} µm")
     assert dict(plain.facts)["load sharing"] == "prescribed, one spring"
-    assert dict(Answer.of(replace(DESIGN, torque=None)).facts)["load sharing"] == "tooth pairs with corner contact"
-    helical = dict(Answer.of(replace(DESIGN, helix_angle=0.2)).facts)["load sharing"]
+    unloaded = DesignAnswer.of(replace(DESIGN, torque=None))
+    assert dict(unloaded.facts)["load sharing"] == "tooth pairs with corner contact"
+    helical = dict(DesignAnswer.of(replace(DESIGN, helix_angle=0.2)).facts)["load sharing"]
     assert helical.startswith("under load, in strips across the width with corner contact, mesh deflection 2.9")
     page = sheet_html([shared])
     assert "Mesh deflection" in page and "12 / 8 µm, parabolic from diameter 75.2 / 111 mm" in page
@@ -195,4 +196,4 @@ def test_what_is_left_out_does_not_name_a_load_sharing_that_there_is():
                               ({"load_sharing": "prescribed"}, "load sharing, other")):
         design = replace(COMPLETE, **changes)
         speeds = gc.speeds_to_avoid(design, gc.Axis("speed", 3000, 3100, 2), starts=0)
-        assert list(Answer.of(design, speeds).basis)[-1].startswith(f"Left out: {left_out}")
+        assert list(DesignAnswer.of(design, speeds).basis)[-1].startswith(f"Left out: {left_out}")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.answer import LIKE_TEETH, Answer
+from gearchaos.datasheet.answer import LIKE_TEETH, DesignAnswer
 from gearchaos.errors import DesignWarning, InputError
 from gearchaos.gears.geometry.mechanics import STEEL
 from gearchaos.gears.operation.operating import as_model
@@ -227,9 +227,9 @@ def test_wear_and_losses_are_said_where_they_are_large_or_left_out(tmp_path):
     assert "300 µm, more than the backlash" in warning
     cracked = replace(DESIGN, faults=[{**fault, "wear": 0}])
     assert "pairs of tooth 5 of wheel1 30 % less stiff" in as_model(cracked).in_words
-    answer = Answer.of(cracked, None, None)
+    answer = DesignAnswer.of(cracked, None, None)
     assert ("left out", LIKE_TEETH) in list(answer.facts) and LIKE_TEETH in answer.document()["warnings"][-1]
-    assert "left out" not in dict(Answer.of(DESIGN, None, None).facts)
+    assert "left out" not in dict(DesignAnswer.of(DESIGN, None, None).facts)
 
 
 @pytest.mark.filterwarnings("ignore:eccentricity acts")

@@ -14,14 +14,14 @@ from gearchaos.gears.io.units import measured
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gearchaos.datasheet.answer import Answer
+    from gearchaos.datasheet.answer import DesignAnswer
 
 _WIDTH = 80
 _MOST_WARNINGS, _SHOWN_SPEEDS = 3, 8
 """Warnings that are shown in an answer; speeds for which dynamic factors by the standards are printed."""
 
 
-def print_answers(answers: Sequence[Answer], every: bool, warn: bool) -> None:
+def print_answers(answers: Sequence[DesignAnswer], every: bool, warn: bool) -> None:
     """Print the answer at each torque, then the warnings if there are to be some.
 
     What to do comes first, then the ranges to avoid, and what the answer rests on.
@@ -52,7 +52,7 @@ def _wrapped(text: str, indent: int = 0, most: int | None = None) -> list[str]:
                          placeholder=" … (--all)")
 
 
-def print_datasheets(answers: Sequence[Answer]) -> None:
+def print_datasheets(answers: Sequence[DesignAnswer]) -> None:
     """Print the datasheet of the first answer, what differs from it in the others, and K_v by the standards.
 
     Quantities are in groups, each above its formula and source, then the reasons why others have no value.

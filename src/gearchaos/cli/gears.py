@@ -68,7 +68,7 @@ def gear(
     if plot is not None and len(torques) > 1:
         raise InputError("--plot", "needs a single --torque", list(torques),
                          "The page of --out has a picture for each.")
-    from gearchaos.datasheet.answer import LEFT_OUT, Answer, default_speeds
+    from gearchaos.datasheet.answer import LEFT_OUT, DesignAnswer, default_speeds
     from gearchaos.studies.speeds.speeds_to_avoid import speeds_to_avoid
 
     axis = None if speed is None else range_of_speeds(speed, "--speed")
@@ -87,7 +87,7 @@ def gear(
                                          **options)
         except InputError as error:
             problem = error
-        answers.append(Answer.of(each, speeds, problem))
+        answers.append(DesignAnswer.of(each, speeds, problem))
     # what was left out of a design is a problem only if speeds were asked for: the answer names it otherwise
     problems = [p for p in (each.problem for each in answers) if p is not None and (asked or p.rule != LEFT_OUT)]
     if out is not None:

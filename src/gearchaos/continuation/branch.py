@@ -66,7 +66,7 @@ _STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
 Tests = dict[str, Callable[[Cycle], float]]  # further test functions of a cycle, by name; each root is an event
 
 
-class End(NamedTuple):
+class BranchEnd(NamedTuple):
     """Where a branch ends, and why."""
 
     value: float
@@ -82,7 +82,7 @@ class Branch:
     points: list[Point] = field(default_factory=list)  # `Point.data` is the `Cycle`
     events: list[Event] = field(default_factory=list)
     event_positions: list[int] = field(default_factory=list)  # index of the point before each event
-    ends: list[End] = field(default_factory=list)  # of the first and the last point; empty for a closed branch
+    ends: list[BranchEnd] = field(default_factory=list)  # of the first and the last point; empty for a closed branch
     closed: bool = False  # the last point is the first one: an isola
     start: int = 0  # index of the point from which the branch was followed in both directions
 
@@ -193,15 +193,15 @@ def _follow_one_way(equations: CycleEquations, start: Point, bounds: tuple[float
                 return branch
             if why:
                 break
-        end = End(float(branch.points[-1].u[-1]), why or POINT_LIMIT)
+        end = BranchEnd(float(branch.points[-1].u[-1]), why or POINT_LIMIT)
     except Stopped as stop:
-        end = End(float(branch.points[-1].u[-1]), f"step too small: {stop}")
+        end = BranchEnd(float(branch.points[-1].u[-1]), f"step too small: {stop}")
         for bound in bounds:  # next to a limit of the model's rules the branch is taken to the end of the axis
             landed = at_value(equations, branch.points[-1], equations.size, bound)
             if landed is not None:
                 if branch.points[-1].u[-1] != bound:
                     _append(branch, equations, landed, user, halved=False)
-                end = End(bound, AXIS_END)
+                end = BranchEnd(bound, AXIS_END)
                 break
     branch.ends, branch.closed = [end], why == CLOSED
     return branch
@@ -315,7 +315,7 @@ def follow_doubled(family: ParameterFamily, flip: Event, bounds: tuple[float, fl
     """The branch of orbits of twice the period that begins at a flip."""
     equations, start = doubled_start(family, flip, bounds[1] - bounds[0])
     branch = _follow_one_way(equations, start, bounds, replace(settings, first=start.step), until=until)
-    branch.ends = [End(float(flip.point.u[-1]), HALVED), *branch.ends]
+    branch.ends = [BranchEnd(float(flip.point.u[-1]), HALVED), *branch.ends]
     return branch
 
 
@@ -330,7 +330,7 @@ def follow_asymmetric(family: ParameterFamily, pitchfork: Event, bounds: tuple[f
         except Stopped:
             continue
         branch = _follow_one_way(equations, start, bounds, replace(settings, first=start.step))
-        branch.ends = [End(float(pitchfork.point.u[-1]), MIRRORED), *branch.ends]
+        branch.ends = [BranchEnd(float(pitchfork.point.u[-1]), MIRRORED), *branch.ends]
         yield branch
 
 

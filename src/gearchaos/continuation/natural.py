@@ -34,7 +34,7 @@ GOES_ON, LOST, UNSTABLE, OTHER = range(4)
 """Why an orbit does not go on from its neighbour: it does, there is none, it is unstable, of another kind."""
 
 
-class End(NamedTuple):
+class PathEnd(NamedTuple):
     """An end of a path, and the event of an orbit at which it lies, "" for none.
 
     The true end lies at most ``resolution`` beyond: where a motion that does not repeat ends.
@@ -54,11 +54,11 @@ class Path(NamedTuple):
     until: float
     period: int
     w: np.ndarray
-    holds: Callable[[Orbits, int], bool] = lambda orbits, index: True
+    holds: Callable[[FollowedOrbits, int], bool] = lambda orbits, index: True
 
 
 @dataclass
-class Orbits:
+class FollowedOrbits:
     """L orbits: states (d, L), multipliers (L, d), contact states of the K meshes (L, K). All else is (L,): whether
     each is found and stable, the response, compression and deflection of its first mesh, and whether its period is
     shorter than that of the motion before."""
@@ -74,12 +74,12 @@ class Orbits:
     meshes: np.ndarray
     shorter: np.ndarray
 
-    def take(self, which: np.ndarray) -> Orbits:
+    def take(self, which: np.ndarray) -> FollowedOrbits:
         """The orbits with these indices."""
-        return Orbits(*(getattr(self, f.name)[..., which] if f.name == "w" else getattr(self, f.name)[which]
+        return FollowedOrbits(*(getattr(self, f.name)[..., which] if f.name == "w" else getattr(self, f.name)[which]
                         for f in fields(self)))
 
-    def put(self, which: np.ndarray, other: Orbits) -> None:
+    def put(self, which: np.ndarray, other: FollowedOrbits) -> None:
         """Replace the orbits with these indices."""
         self.w[:, which] = other.w
         for each in fields(self)[1:]:
@@ -100,7 +100,7 @@ class Follower:
     model: MeshModel
     parameter: str
 
-    def orbits(self, paths: Sequence[Path], values: np.ndarray, w: np.ndarray) -> Orbits:
+    def orbits(self, paths: Sequence[Path], values: np.ndarray, w: np.ndarray) -> FollowedOrbits:
         """Those of L paths near states w (d, L) at values (L,) of the parameter."""
         others = {name: np.array([path.fixed[name] for path in paths]) for name in paths[0].fixed}
         batch = vary(self.model, {self.parameter: values} | others)
@@ -111,11 +111,11 @@ class Follower:
         measures = flow.advance(state, period, points=points, measured=True).measures
         teeth = Deflections.of(measures)
         response, meshes = compute_response(measures, period * flow.system.period, period, flow.system.static_force)
-        return Orbits(state, found.multipliers, found.converged, found.stable, response.contact.astype(int),
+        return FollowedOrbits(state, found.multipliers, found.converged, found.stable, response.contact.astype(int),
                       response.dynamic_factor, teeth.compression, teeth.deflection,
                       meshes.mesh_contact, minimal_period(flow, state, points, period) < period)
 
-    def goes_on(self, paths: Sequence[Path]) -> tuple[Orbits, np.ndarray]:
+    def goes_on(self, paths: Sequence[Path]) -> tuple[FollowedOrbits, np.ndarray]:
         """The orbits at the ends of L paths, which are reached at once or in a few steps, and whether each is, (L,)."""
         start, step = (np.array([path.start for path in paths]), np.array([path.until - path.start for path in paths]))
         first = np.stack([path.w for path in paths], axis=1)
@@ -134,7 +134,7 @@ class Follower:
         there[lost] = True
         return found, there
 
-    def ends(self, paths: Sequence[Path]) -> list[tuple[End, np.ndarray]]:
+    def ends(self, paths: Sequence[Path]) -> list[tuple[PathEnd, np.ndarray]]:
         """Where each of K orbits ends on its path, loses its stability or becomes another kind; and its last state.
 
         At the end of the path there is no event. Where an orbit was lost without an event the steps were too long, and
@@ -168,14 +168,14 @@ class Follower:
             for i in which[~stays].tolist():
                 kinds[i] = FOLD
         width = np.where([bool(kind) for kind in kinds] | (low == until), 0.0, np.abs(until - low))
-        return [(End(*each), w) for *each, w in zip(low.tolist(), kinds, width.tolist(), last.w.T, strict=True)]
+        return [(PathEnd(*each), w) for *each, w in zip(low.tolist(), kinds, width.tolist(), last.w.T, strict=True)]
 
-    def _bisect(self, paths: Sequence[Path], low: np.ndarray, until: np.ndarray, last: Orbits,
+    def _bisect(self, paths: Sequence[Path], low: np.ndarray, until: np.ndarray, last: FollowedOrbits,
                 which: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Bisect between values ``low``, where the orbits ``last`` are, and ``until``, for paths with these indices.
 
-        Both are moved to the last orbit that goes on. Returns why the next one does not, see `Orbits.fails`, how far it
-        is from the last one, and whether its contact differs.
+        Both are moved to the last orbit that goes on. Returns why the next one does not, see `FollowedOrbits.fails`, how
+        far it is from the last one, and whether its contact differs.
         """
         high, why, jumps = until.copy(), np.zeros(len(low), int), np.zeros(len(low))
         changes, before, before_at = np.zeros(len(low), bool), last.w.copy(), low.copy()

@@ -211,7 +211,7 @@ class CurveWork:
 
 
 @dataclass(frozen=True)
-class Search:
+class CurveSearch:
     """Where the events of a skeleton are searched."""
 
     period: int  # largest one of the orbits, in mesh periods
@@ -252,7 +252,7 @@ class _Group:
         self.next += 1
 
 
-def find_curves(model: MeshModel, axes: tuple[str, str], bounds: Bounds, pool: Pool, search: Search, *,
+def find_curves(model: MeshModel, axes: tuple[str, str], bounds: Bounds, pool: Pool, search: CurveSearch, *,
                 settings: Settings = SETTINGS, journal: Journal | None = None,
                 progress: bool = False) -> tuple[list[CurveData], list[tuple[EventSeed, str]]]:
     """The curves of all events of orbits up to a period that are found in a window, between the ends of both axes; and

@@ -28,7 +28,7 @@ LIKE_TEETH = ("the faults, pitch errors and eccentricity: all teeth are alike he
 
 
 @dataclass(frozen=True)
-class Answer:
+class DesignAnswer:
     """What is known of a design at one torque; the problem says why there are no speeds to avoid, or no model."""
 
     design: GearDesign
@@ -37,7 +37,9 @@ class Answer:
     problem: InputError | None = None
 
     @classmethod
-    def of(cls, design: GearDesign, speeds: SpeedsToAvoid | None = None, problem: InputError | None = None) -> Answer:
+    def of(
+        cls, design: GearDesign, speeds: SpeedsToAvoid | None = None, problem: InputError | None = None
+    ) -> DesignAnswer:
         """The answer with the datasheet of a design, in which a table that cannot be read is a problem."""
         for name, method in (("mesh_stiffness", design.stiffness), ("error_harmonics", design.transmission_error)):
             if isinstance(method, DataFile):
@@ -49,7 +51,7 @@ class Answer:
         entries = datasheet(design) if speeds is None else with_scanned_speeds(datasheet(design))
         return cls(design, entries, speeds, problem)
 
-    def differing(self, first: Answer) -> dict[str, Entry]:
+    def differing(self, first: DesignAnswer) -> dict[str, Entry]:
         """The quantities that are not those of another answer."""
         return {name: entry for name, entry in self.entries.items() if entry != first.entries[name]}
 

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from gearchaos import plot
 from gearchaos.cards.inputs import digits, inputs_in_words
-from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.answer import DesignAnswer
 from gearchaos.datasheet.assessment import avoided
 from gearchaos.datasheet.html import environment, picture, template
 from gearchaos.datasheet.quantities import Entry
@@ -18,7 +18,7 @@ from gearchaos.datasheet.quantities import Entry
 _UNITS = {"deg": "°", "kg*m^2": "kg m²"}  # units as they are printed, where that differs from their names
 
 
-def sheet_html(answers: Sequence[Answer]) -> str:
+def sheet_html(answers: Sequence[DesignAnswer]) -> str:
     """The datasheet of a design as one self-contained HTML document without scripts, after the answer at each torque.
 
     The pair, its quantities and its curves are shown for the first answer, of the others the quantities that differ.
@@ -51,7 +51,7 @@ def sheet_html(answers: Sequence[Answer]) -> str:
         count=len(first.entries), version=metadata.version("gearchaos"))
 
 
-def _answer(answer: Answer, notes: Sequence[str]) -> dict[str, Any]:
+def _answer(answer: DesignAnswer, notes: Sequence[str]) -> dict[str, Any]:
     """What the template shows of an answer, with these of its notes."""
     speeds = answer.speeds
     return {

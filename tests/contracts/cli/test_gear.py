@@ -12,7 +12,7 @@ import pytest
 from gearchaos.cli.avoided import criteria, print_avoided
 from gearchaos.cli.datasheets import print_datasheets
 from gearchaos.cli.output import plain_table, print_table
-from gearchaos.datasheet.answer import Answer, default_speeds
+from gearchaos.datasheet.answer import DesignAnswer, default_speeds
 from gearchaos.datasheet.assessment import at_no_speed, avoided, edges
 from gearchaos.datasheet.page import sheet_html
 from gearchaos.errors import InputError
@@ -124,14 +124,14 @@ def test_what_only_the_history_decides_and_what_is_elsewhere_is_said():
     assert outside.stop < found.windows[0].start and not separate
     largest = float(found.dataset["dynamic_factor"].sel(speed=slice(None, outside.stop)).max())
     assert outside.dynamic_factor == largest
-    text = " ".join(Answer.of(SHIFTED.at(speed=6000, torque=180), found).basis)
+    text = " ".join(DesignAnswer.of(SHIFTED.at(speed=6000, torque=180), found).basis)
     assert f"Elsewhere: in contact in all motions found, largest factor {measured(largest, 3)} at" in text
 
 
 def test_elsewhere_has_no_factor_where_all_motions_are_beyond_the_teeth():
     found = speeds_to_avoid(SHIFTED, "5000:5050:2", 180, starts=0, knocks=False)
     ds = found.dataset.assign(dynamic_factor=found.dataset["dynamic_factor"] * np.nan)
-    text = " ".join(Answer.of(SHIFTED.at(speed=5000, torque=180), replace(found, dataset=ds)).basis)
+    text = " ".join(DesignAnswer.of(SHIFTED.at(speed=5000, torque=180), replace(found, dataset=ds)).basis)
     assert "Elsewhere: in contact in all motions found, all of them beyond the teeth." in text
 
 
@@ -150,7 +150,7 @@ def test_a_change_of_the_load_beside_wide_ranges_is_refused_since_it_has_no_effe
 
 def test_without_separation_among_the_criteria_contact_elsewhere_is_not_claimed():
     found = speeds_to_avoid(SHIFTED, "7000:7100:2", 180, factor=5, separation=False)
-    text = " ".join(Answer.of(SHIFTED.at(speed=7000, torque=180), found).basis)
+    text = " ".join(DesignAnswer.of(SHIFTED.at(speed=7000, torque=180), found).basis)
     assert not found.windows and "Elsewhere: the teeth separate at some speeds, largest factor 4." in text
 
 
@@ -281,7 +281,7 @@ def test_narrow_ranges_are_gathered_in_a_line_unless_all_are_asked_for(capsys):
 def test_the_quasi_static_factor_is_named_where_it_is_not_1(ratio, words, capsys):
     design = load_design(SPUR)
     found = replace(speeds_to_avoid(design, "1000:1100:2", starts=0), quasi_static_ratio=ratio)
-    answer = Answer.of(design, found)
+    answer = DesignAnswer.of(design, found)
     assert any("jumps of the stiffness" in text for text in answer.basis) is bool(words)
     assert ("jumps of the stiffness" in sheet_html([answer])) is bool(words)
     assert at_no_speed(found) == f"dynamic factor {words} at speed 0" * bool(words)

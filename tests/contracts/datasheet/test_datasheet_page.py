@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.answer import DesignAnswer
 from gearchaos.datasheet.page import sheet_html
 from gearchaos.datasheet.quantities import Entry, datasheet
 from gearchaos.studies.speeds.speeds_to_avoid import speeds_to_avoid
@@ -29,7 +29,7 @@ FULL = {
 
 
 def page_of(design, speeds=None):
-    return sheet_html([Answer.of(design, speeds)])
+    return sheet_html([DesignAnswer.of(design, speeds)])
 
 
 class Page(HTMLParser):
@@ -104,7 +104,7 @@ def test_missing_inputs_are_named_with_the_quantities_that_need_them(sheet):
     design, entries, html, _ = sheet
     if design.bore is not None:  # nothing is missing; what has no value left out
         values = {n: e for n, e in entries.items() if e.value is not None}
-        assert 'id="missing"' not in sheet_html([Answer(design, values)])
+        assert 'id="missing"' not in sheet_html([DesignAnswer(design, values)])
         assert "is an assumption, both wheels at the limit of the grade" in html
         return
     missing = html[html.index('id="missing"'):]
@@ -126,7 +126,7 @@ def test_text_from_a_design_is_escaped_and_long_lists_are_cut_short():
     design = gc.GearDesign(**BARE)
     entry = Entry(value=1.0, unit="<b>", symbol="<i>", formula="a < b", source="<script>", group="<u>")
     many = Entry(value=tuple(np.arange(20.0).tolist()), unit="µm", symbol="e_j", formula="", source="", group="g")
-    html = sheet_html([Answer(design, {**datasheet(design), "x": entry, "e": many})])
+    html = sheet_html([DesignAnswer(design, {**datasheet(design), "x": entry, "e": many})])
     assert "<script>" not in html and "a &lt; b" in html and "<u>" not in html
     assert "5 and 14 more" in Page(html).rows["q-e"]
 
@@ -156,7 +156,7 @@ def test_the_page_begins_with_the_answer_at_each_torque():
     design = gc.GearDesign(**BARE, damping_ratio=0.05, quality={"standard": "ISO 1328-1:1995", "grade": 9},
                            backlash={"value": "0.05 mm", "of": "line of action, total"}, bore="10 mm",
                            transmission_error="from quality")
-    answers = [Answer.of(at, speeds_to_avoid(at, "12000:16000:2", starts=0))
+    answers = [DesignAnswer.of(at, speeds_to_avoid(at, "12000:16000:2", starts=0))
                for at in (design.at(torque=20.0), design.at(torque=60.0))]
     html = sheet_html(answers)
     page = Page(html)
@@ -176,4 +176,4 @@ def test_the_page_begins_with_the_answer_at_each_torque():
     ({"material": ["POM", "steel"]}, "stiffness by ISO 6336-1 (found for metals), no")])
 def test_what_is_assumed_says_what_was_left_out(given, words):
     design = gc.GearDesign(teeth=(20, 40), module="3 mm", face_width="20 mm", **given)
-    assert words in dict(Answer.of(design).facts)["assumed"]
+    assert words in dict(DesignAnswer.of(design).facts)["assumed"]

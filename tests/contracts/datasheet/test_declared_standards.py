@@ -49,13 +49,13 @@ import gearchaos.gears.dynamic_factor, gearchaos.gears.stiffness
 for folder in (gearchaos.gears.dynamic_factor, gearchaos.gears.stiffness):
     folder.__path__.append(sys.argv[1])
 import gearchaos as gc
-from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.answer import DesignAnswer
 from gearchaos.datasheet.page import sheet_html
 design = gc.GearDesign(
     teeth=(50, 50), module="3 mm", face_width="20 mm", bore="30 mm", damping_ratio=0.05, torque=100.0, speed=500.0,
     backlash={"value": "0.12 mm", "of": "line of action, total"}, stiffness="two steps",
     quality={"standard": "ISO 1328-1:1995", "grade": 6}, transmission_error="none")
-ds, answer = gc.dynamic_factor(design, "500:2000:2"), Answer.of(design)
+ds, answer = gc.dynamic_factor(design, "500:2000:2"), DesignAnswer.of(design)
 drawn = [text.get_text() for text in gc.plot.dynamic_factor(ds).get_legend().get_texts()]
 methods = [text.get_text() for text in gc.plot.mesh_stiffness(design).get_legend().get_texts()]
 print(json.dumps({

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 import gearchaos as gc
 from gearchaos.cli.avoided import print_avoided
 from gearchaos.cli.datasheets import print_answers, print_datasheets
-from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.answer import DesignAnswer
 from gearchaos.datasheet.assessment import (
     avoided,
     beyond_in_words,
@@ -346,7 +346,7 @@ def test_both_ends_of_a_printed_range_differ_however_narrow_it_is():
 
 def test_a_narrow_range_of_speeds_is_printed_with_its_digits(capsys):
     design = load_design(SPUR)
-    answers = [Answer.of(design, gc.speeds_to_avoid(design, "643:643.1:2", starts=0))]
+    answers = [DesignAnswer.of(design, gc.speeds_to_avoid(design, "643:643.1:2", starts=0))]
     print_answers(answers, every=True, warn=False)
     print_datasheets(answers)
     sheet = capsys.readouterr().out

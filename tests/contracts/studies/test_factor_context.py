@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import gearchaos as gc
-from gearchaos.datasheet.answer import Answer
+from gearchaos.datasheet.answer import DesignAnswer
 from gearchaos.datasheet.assessment import worst
 from gearchaos.datasheet.page import sheet_html
 from gearchaos.gears.geometry.root_stress import root_stress
@@ -177,7 +177,7 @@ def test_an_assessment_and_an_answer_have_the_root_stress_of_each_range(design):
     assert document["avoid"]
     for each in document["avoid"]:
         assert each["root_stress"] == pytest.approx([each["dynamic_factor"] * v for v in nominal(design, 100.0)])
-    answer = Answer.of(gears.at(torque=100.0), found.at[0])
+    answer = DesignAnswer.of(gears.at(torque=100.0), found.at[0])
     for each in answer.document()["speeds_to_avoid"]["ranges"]:
         assert each["root_stress"] == pytest.approx([each["dynamic_factor"] * v for v in nominal(design, 100.0)])
     both = "/".join(dict.fromkeys(measured(v, 3) for v in nominal(design, 100.0)))

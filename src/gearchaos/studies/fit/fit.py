@@ -24,7 +24,7 @@ from gearchaos.studies.core.axis import Axis, at_axis_starts, check_speed_axes
 from gearchaos.studies.core.declaration import function_of
 from gearchaos.studies.core.options import option
 from gearchaos.studies.core.study import WholeStudy
-from gearchaos.studies.fit.fit_search import End, Search, Varied
+from gearchaos.studies.fit.fit_search import FitEnd, FitSearch, Varied
 from gearchaos.studies.fit.fitted_motions import HISTORIES
 from gearchaos.validation import check_rule
 
@@ -181,15 +181,15 @@ class Fit(WholeStudy):
         return share, 0.0
 
     @property
-    def search(self) -> Search:
+    def search(self) -> FitSearch:
         """The least squares."""
-        return Search(self._gears.to_pair(), self.model.kind, self.quantity, self.spectrum, self.varied, self.weight,
+        return FitSearch(self._gears.to_pair(), self.model.kind, self.quantity, self.spectrum, self.varied, self.weight,
                       self.uncertainty is not None)
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
         from scipy.stats import qmc  # here, since it takes a third of a second to load
 
-        search, ends = self.search, list[End]()
+        search, ends = self.search, list[FitEnd]()
         points = qmc.Sobol(len(self.varied), rng=self.seed).random_base2((_SCREENED * self.starts - 1).bit_length())
         with bar("fit, searches" if progress else None, self.starts) as advance:
             for start in search.screened(points, self.starts):

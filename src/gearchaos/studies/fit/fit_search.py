@@ -23,7 +23,7 @@ from gearchaos.gears.io.measured_quantities import MeasuredQuantity
 from gearchaos.gears.io.order_spectrum import OrderSpectrum
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
-from gearchaos.studies.fit.fitted_motions import Motions, PairsAtSpeeds
+from gearchaos.studies.fit.fitted_motions import FittedMotions, PairsAtSpeeds
 from gearchaos.validation import MAX_HARMONICS, check_rule
 
 _STEP = 1e-4  # half the distance of the differences by a parameter, over the distance of its bounds
@@ -74,18 +74,18 @@ class Varied(NamedTuple):
         return cls(name, float(ends[0]), float(ends[1]), unit, getattr(ends[1], "size", 1.0))
 
 
-class End(NamedTuple):
+class FitEnd(NamedTuple):
     """Where a search has ended: the parameters as shares of the way between their bounds, the motions, how each is
     reached (index of `HISTORIES`, or their number for another way), and the sum of squares."""
 
     x: np.ndarray  # (Q,)
-    motions: Motions  # at P speeds
+    motions: FittedMotions  # at P speeds
     history: np.ndarray  # (P,)
     square: float
 
 
 @dataclass(frozen=True)
-class Search:
+class FitSearch:
     """A fit of Q parameters to M amplitudes at P speeds; ``of`` is what was measured, ``kind`` that of the models.
 
     ``uncertainty`` is a relative and an absolute one in SI, one of which is 0; it is ``known``, or only a weight.
@@ -104,7 +104,7 @@ class Search:
         low, high = np.array([(each.low, each.high) for each in self.varied]).T
         return low + x * (high - low)
 
-    def run(self, x: np.ndarray) -> End:
+    def run(self, x: np.ndarray) -> FitEnd:
         """The end of the search from x (Q,)."""
         motions, history = self._choose(x)
         for _ in range(_ROUNDS):
@@ -113,7 +113,7 @@ class Search:
             if chosen is motions:
                 break
             motions = chosen
-        return End(x, motions, history, square)
+        return FitEnd(x, motions, history, square)
 
     def screened(self, points: np.ndarray, count: int) -> np.ndarray:
         """Those ``count`` of some points (N, Q) at which the motions are nearest to the measurement."""
@@ -123,7 +123,7 @@ class Search:
             squares.append(self._nearest(pairs, pairs.by_history())[2].reshape(len(some), -1).sum(axis=1))
         return points[np.argsort(np.concatenate(squares), kind="stable")[:count]]
 
-    def with_neighbours(self, ends: Sequence[End]) -> list[End]:
+    def with_neighbours(self, ends: Sequence[FitEnd]) -> list[FitEnd]:
         """The ends of searches, and of others from both sides of the best one along each parameter, until none is
         better; least squares first. Beside a jump of the motion there are several minima, often close together."""
         found = sorted(ends, key=lambda end: end.square)
@@ -152,14 +152,16 @@ class Search:
             pairs.append(replace(self.pair, **changes, error_amplitudes=tuple(orders)))
         return PairsAtSpeeds(pairs, self.spectrum.speeds, self.kind)
 
-    def _amplitudes(self, pairs: PairsAtSpeeds, motions: Motions, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _amplitudes(
+        self, pairs: PairsAtSpeeds, motions: FittedMotions, points: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """The amplitudes that were measured, (N, M), of N motions at each of the speeds, and contact states (N, P)."""
         found, contact = pairs.harmonics(motions, points, int(self.spectrum.harmonic.max()))
         count = len(self.spectrum.speeds)
         each = found[self.of].reshape(-1, count, found[self.of].shape[1])
         return each[:, self.spectrum.at, self.spectrum.harmonic - 1], contact.reshape(-1, count)
 
-    def amplitudes(self, end: End) -> tuple[np.ndarray, np.ndarray]:
+    def amplitudes(self, end: FitEnd) -> tuple[np.ndarray, np.ndarray]:
         """The amplitudes (M,) at the end of a search, SI, and the contact states (P,)."""
         pairs = self._at(end.x)
         amplitude, contact = self._amplitudes(pairs, end.motions, pairs.points)
@@ -171,7 +173,7 @@ class Search:
         scale = absolute + relative * (amplitude + measured) / 2
         return (amplitude - measured) / np.where(scale > 0, scale, 1.0)
 
-    def _nearest(self, pairs: PairsAtSpeeds, found: Motions) -> tuple[Motions, np.ndarray, np.ndarray]:
+    def _nearest(self, pairs: PairsAtSpeeds, found: FittedMotions) -> tuple[FittedMotions, np.ndarray, np.ndarray]:
         """Of N motions at each of L points, one after the other, those nearest to the measurement: motions, their index
         (L,), the first of those that are equal, and their sums of squares (L,)."""
         count, speeds = len(pairs.points), len(self.spectrum.speeds)
@@ -181,23 +183,23 @@ class Search:
         index = np.argmax(misfit <= least * (1 + _SAME) + _SAME_SQUARE, axis=0)
         return found.take(index * count + pairs.points), index, least
 
-    def _choose(self, x: np.ndarray, current: Motions | None = None) -> tuple[Motions, np.ndarray]:
+    def _choose(self, x: np.ndarray, current: FittedMotions | None = None) -> tuple[FittedMotions, np.ndarray]:
         """The motions at x that are nearest to the measurement, and how each is reached; the current ones themselves
         where no other is nearer."""
         pairs = self._at(x)
         known = pairs.by_history()
         if current is None:
             return self._nearest(pairs, known)[:2]
-        found = Motions(*(np.concatenate(both, axis=-1) for both in zip(known, current, strict=True)))
+        found = FittedMotions(*(np.concatenate(both, axis=-1) for both in zip(known, current, strict=True)))
         motions, history, least = self._nearest(pairs, found)
         own = self._nearest(pairs, current)[2]
         return (current if np.all(own <= least * (1 + _SAME) + _SAME_SQUARE) else motions), history
 
-    def _descend(self, x: np.ndarray, motions: Motions) -> tuple[np.ndarray, Motions, float]:
+    def _descend(self, x: np.ndarray, motions: FittedMotions) -> tuple[np.ndarray, FittedMotions, float]:
         """The least squares near x, with motions continued from x; their parameters, motions and sum of squares."""
         from scipy.optimize import least_squares  # here, since it takes a third of a second to load
 
-        at, trials = motions, dict[bytes, Motions]()
+        at, trials = motions, dict[bytes, FittedMotions]()
 
         def residuals(x: np.ndarray) -> np.ndarray:
             pairs = self._at(x)
@@ -212,7 +214,7 @@ class Search:
         found = least_squares(residuals, x, derivatives, bounds=(0.0, 1.0), max_nfev=_EVALUATIONS)
         return found.x, at, float(2 * found.cost)
 
-    def derivatives(self, x: np.ndarray, motions: Motions) -> np.ndarray:
+    def derivatives(self, x: np.ndarray, motions: FittedMotions) -> np.ndarray:
         """Derivatives (M, Q) of the residuals at x by central differences; 0 of a motion that is no orbit nearby."""
         ends = np.clip(x + _STEP * np.array([-1.0, 1.0])[:, None, None] * np.eye(len(x)), 0.0, 1.0)  # (2, Q, Q)
         pairs, number = self._at(*ends.reshape(-1, len(x))), 2 * len(x)
@@ -228,7 +230,7 @@ class Search:
         steps = np.einsum("qq->q", ends[1] - ends[0])
         return np.nan_to_num((after - before) / steps[:, None]).T
 
-    def _variances(self, end: End) -> tuple[np.ndarray, np.ndarray]:
+    def _variances(self, end: FitEnd) -> tuple[np.ndarray, np.ndarray]:
         """Variances (Q,) of the parameters for residuals of variance 1, infinite for one that is not identified, and
         the projection (Q, Q) on the combinations that are not: their singular value is as good as 0."""
         _, sizes, axes = np.linalg.svd(self.derivatives(end.x, end.motions), full_matrices=False)
@@ -237,7 +239,7 @@ class Search:
         variances = np.sum((axes[known] / sizes[known, None]) ** 2, axis=0)
         return np.where(lost.diagonal() > _SHARE, np.inf, variances), lost
 
-    def intervals(self, ends: Sequence[End]) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    def intervals(self, ends: Sequence[FitEnd]) -> tuple[np.ndarray, np.ndarray, list[str]]:
         """Both ends (Q,) of the 95 % interval of each parameter, and why one is not identified, or nothing.
 
         ``ends`` are those of all searches, least squares first. An interval has all parameters at which the sum of

@@ -29,14 +29,14 @@ HISTORIES = ("rest", "rising", "falling")
 """How a motion is reached: from rest, or by a slow sweep through the speeds."""
 
 
-class Motions(NamedTuple):
+class FittedMotions(NamedTuple):
     """L motions at phase 0, in a form that pairs with other backlashes share while the back flanks are not touched."""
 
     state: np.ndarray  # (d, L), the coordinates in m and m ω0, z from the front flank on
     period: np.ndarray  # (L,) mesh periods of the stable orbit; 0 for a motion that is none, or not known yet
 
-    def take(self, which: np.ndarray) -> Motions:
-        return Motions(self.state[:, which], self.period[which])
+    def take(self, which: np.ndarray) -> FittedMotions:
+        return FittedMotions(self.state[:, which], self.period[which])
 
 
 class PairsAtSpeeds:
@@ -68,10 +68,10 @@ class PairsAtSpeeds:
         self._front = np.eye(self._flow.dimension)[:, :1]
         self.points = np.arange(self._batch.size)
 
-    def _states(self, w: np.ndarray, period: np.ndarray, points: np.ndarray) -> Motions:
-        return Motions((w - self._front) * self._length[points], period)
+    def _states(self, w: np.ndarray, period: np.ndarray, points: np.ndarray) -> FittedMotions:
+        return FittedMotions((w - self._front) * self._length[points], period)
 
-    def steady(self, motions: Motions, points: np.ndarray, wait: bool = True) -> Motions:
+    def steady(self, motions: FittedMotions, points: np.ndarray, wait: bool = True) -> FittedMotions:
         """The orbits near L motions, each at one of the points.
 
         A motion that is no orbit, or ceases to be a stable one, is followed for some hundred periods, and then for an
@@ -93,7 +93,7 @@ class PairsAtSpeeds:
         w[:, which] = np.where(orbits.stable, orbits.w, w[:, which])
         period[which] *= orbits.stable
 
-    def by_history(self) -> Motions:
+    def by_history(self) -> FittedMotions:
         """The motions from rest, and after slow sweeps of the speed, rising and falling: 3 V P of them in turn."""
         system, count = self._flow.system, self._count
         rest, kicks = initial_state(self._batch, system).T, prescribed_rates_at_start(self._batch, system.names).T
@@ -108,7 +108,9 @@ class PairsAtSpeeds:
         w = w.reshape(len(w), -1)
         return self.steady(self._states(w, np.zeros(w.shape[1], np.int64), points), points)
 
-    def harmonics(self, motions: Motions, points: np.ndarray, highest: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    def harmonics(
+        self, motions: FittedMotions, points: np.ndarray, highest: int
+    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
         """The amplitudes (L, ``highest``) of the mesh harmonics by kind of measurement, SI, and contact states (L,).
 
         Of a motion of several mesh periods they are those of its mean over them. The force follows from the balance of

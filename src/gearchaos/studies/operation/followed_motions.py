@@ -21,7 +21,7 @@ from gearchaos.model.switched import coordinates
 from gearchaos.studies.core.initial_value_problems import Motions, initial_states, initial_value_problems
 from gearchaos.studies.motion.batch_classification import SAME_CENTRE, classify_batch, signature
 from gearchaos.studies.operation.known_orbits import LONGEST_ORBIT, reach
-from gearchaos.studies.operation.load_change import REVERSAL, Draw
+from gearchaos.studies.operation.load_change import REVERSAL, StateSampler
 
 _BRIEF = 1000
 """Longest transient, mesh periods, after which a chaotic motion counts as one that is known with its contact state at
@@ -201,7 +201,7 @@ class FollowedMotions:
     ``torque`` of the motions if one is given. The methods that compute are searches for `run_searches`.
     """
 
-    def __init__(self, model: MeshModel, torque: float | None = None, draw: Draw = REVERSAL) -> None:
+    def __init__(self, model: MeshModel, torque: float | None = None, draw: StateSampler = REVERSAL) -> None:
         self.model, self.torque, self._draw = model, torque, draw
         self._names = coordinates(vary(model, {}))
         self.speeds: list[float] = []

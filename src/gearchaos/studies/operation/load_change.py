@@ -37,7 +37,7 @@ _ANGLES = 257  # of the displacements over which states are drawn
 _MOST_FACTOR = 2.0  # of the motion before: where it is larger the speed is to be avoided in any case
 
 
-class Draw(Protocol):
+class StateSampler(Protocol):
     """Draws states (d, n) of a model, some at each of P points, which stand one after another.
 
     ``values`` (P,) are those of parameters by name, ``factors`` (P,) the dynamic factors of the motions before, NaN for
@@ -48,7 +48,7 @@ class Draw(Protocol):
 
 
 class LoadChange(NamedTuple):
-    """States after the load has gone to −λT and come back, a `Draw`."""
+    """States after the load has gone to −λT and come back, a `StateSampler`."""
 
     ratio: float = 1.0
 
@@ -180,8 +180,8 @@ def wide_states(
     model: MeshModel, values: Mapping[str, np.ndarray], factors: Sequence[float] | np.ndarray, starts: int,
     seed: tuple[int, ...],
 ) -> np.ndarray:
-    """States from the ranges that `gearchaos.attractors` takes by default, a `Draw`: affine functions of the initial
-    values, by those at the origin and at the unit vectors of each point."""
+    """States from the ranges that `gearchaos.attractors` takes by default, a `StateSampler`: affine functions of the
+    initial values, by those at the origin and at the unit vectors of each point."""
     names = coordinates(vary(model, {}))
     conditions = spread(default_box(model), len(factors) * starts, seed)
     base = replace(model, initial={}) if model.kind == "single" else model

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gearchaos.continuation.events import BORDER_COLLISION, FOLD, GRAZE
-from gearchaos.continuation.natural import LIMIT, End, Follower, Orbits, Path
+from gearchaos.continuation.natural import LIMIT, FollowedOrbits, Follower, Path, PathEnd
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.orbits import sections
 from gearchaos.model import MeshModel, vary
@@ -38,9 +38,9 @@ class Bracket:
     motions: Sequence[Motion]
     beyond: Sequence[Motion]
     criterion: Criterion
-    found: End
+    found: PathEnd
 
-    def reach(self, end: End) -> None:
+    def reach(self, end: PathEnd) -> None:
         """Take the end of a motion for the edge, unless it is further inside than that found so far."""
         if (end.value - self.found.value) * (self.outside - self.inside) >= 0:
             self.found = end
@@ -59,7 +59,7 @@ class MotionPath(NamedTuple):
 
     @property
     def of_orbit(self) -> Path:
-        def holds(orbits: Orbits, index: int) -> bool:
+        def holds(orbits: FollowedOrbits, index: int) -> bool:
             return (self.criterion(continued(orbits, index, self.motion)) > 0) == self.avoided
 
         return Path(_fixed(self.torque), self.speed, self.until, self.motion.period, self.motion.w, holds)
@@ -70,7 +70,7 @@ def _fixed(torque: float | None) -> dict[str, float]:
     return {} if torque is None else {"torque": torque}
 
 
-def continued(orbits: Orbits, index: int, before: Motion) -> Motion:
+def continued(orbits: FollowedOrbits, index: int, before: Motion) -> Motion:
     """An orbit as a motion, the continuation of one before."""
     return replace(before, contact=int(orbits.contact[index]), dynamic_factor=float(orbits.factor[index]),
                    compression=float(orbits.compression[index]), meshes=orbits.meshes[index].tolist(),
@@ -122,7 +122,7 @@ def locate_edges(
         trials = [(edge, path, (path.until + path.speed) / 2, path.motion.w) for edge, path in open_
                   if not path.motion.period]
         for edge, path, *_ in trials:
-            edge.reach(End(float(path.speed), "", float(abs(path.until - path.speed))))
+            edge.reach(PathEnd(float(path.speed), "", float(abs(path.until - path.speed))))
         trials = [trial for trial in trials if abs(trial[2] - trial[1].speed) > _COARSE * trial[2]]
         ends = follower.ends([path.of_orbit for _, path in repeating])
         for (edge, path), (end, w) in zip(repeating, ends, strict=True):

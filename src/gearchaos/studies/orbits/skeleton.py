@@ -20,7 +20,7 @@ import numpy as np
 
 from gearchaos.continuation.curve import CurveData
 from gearchaos.continuation.defining import EventSeed
-from gearchaos.continuation.skeleton import Search, find_curves
+from gearchaos.continuation.skeleton import CurveSearch, find_curves
 from gearchaos.datasets import new_dataset, provenance, variables
 from gearchaos.errors import InputError, whole_number
 from gearchaos.execute.machine import cores
@@ -124,7 +124,7 @@ class Skeleton(WholeStudy):
     ) -> xr.Dataset:
         x, y, count = self.x, self.y, cores() if workers is None else whole_number("workers", workers, 1)
         family = parameter_plane(self.model, x, y)
-        search = Search(self.period, self.lines, (x.count, y.count), self.starts)
+        search = CurveSearch(self.period, self.lines, (x.count, y.count), self.starts)
         attributes = provenance(
             self.kind, family.model, x=[x.name, x.start, x.stop, x.count], y=[y.name, y.start, y.stop, y.count],
             period=self.period, lines=list(self.lines), starts=self.starts)

@@ -17,7 +17,7 @@ from gearchaos.studies.core.price import announce
 from gearchaos.studies.operation.factor_context import peak_root_stress
 from gearchaos.studies.operation.load_change import REVERSAL
 from gearchaos.studies.speeds.criteria import SPACING, STARTS, Criteria
-from gearchaos.studies.speeds.speed_and_torque import checked_operating_model, loaded
+from gearchaos.studies.speeds.speed_and_torque import checked_operating_model, with_torque
 from gearchaos.studies.speeds.speed_search import SpeedSearch
 from gearchaos.studies.speeds.speed_windows import SpeedsToAvoid, UsableRange, Window
 from gearchaos.studies.speeds.speeds_to_avoid import summarised
@@ -215,7 +215,7 @@ def assess(
     number, spaced, longest = next(each[1:] for each in _EFFORTS if width <= each[0])
     like_teeth = is_design(gears) and gears.turning
     if is_design(gears):
-        gears = loaded(gears, torques[0])
+        gears = with_torque(gears, torques[0])
     gears = gears.at(speed=axis.start) if is_design(gears) else gears
     base = checked_operating_model(as_model(gears)).with_values(
         {"speed": axis.start} | ({} if torques[0] is None else {"torque": torques[0]}))

@@ -11,7 +11,7 @@ from gearchaos.errors import InputError, whole_number
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.io.units import STRESS, to_si
 from gearchaos.quantities import POSITIVE, Rule
-from gearchaos.studies.operation.load_change import REVERSAL, Draw, LoadChange, wide_states
+from gearchaos.studies.operation.load_change import REVERSAL, LoadChange, StateSampler, wide_states
 from gearchaos.studies.operation.quasi_static import ratio_in_words
 from gearchaos.studies.operation.severities import CRITERION, FORCE_CRITERION
 from gearchaos.validation import check_rule, to_float
@@ -81,6 +81,6 @@ class Criteria:
         return self.load_change.words if self.load_change and self.starts else ""
 
     @property
-    def draw(self) -> Draw:
+    def draw(self) -> StateSampler:
         """Which random states are drawn."""
         return wide_states if self.wide else self.load_change or REVERSAL

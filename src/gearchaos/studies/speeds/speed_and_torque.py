@@ -160,7 +160,7 @@ def dynamic_factor(
     ('speed',)
     """
     axis = operating_axis("speed", speed)
-    at_start = loaded(design, torque).at(speed=axis.start)
+    at_start = with_torque(design, torque).at(speed=axis.start)
     model = as_model(at_start)
     study = Bifurcation(model, axis, points=0, mode=mode, settings=settings)
     beside = {**by_standards(at_start, axis.values), **variables((), {
@@ -170,7 +170,7 @@ def dynamic_factor(
     })).assign_attrs(study="dynamic_factor")
 
 
-def loaded(design: Any, torque: Any) -> GearDesign:
+def with_torque(design: Any, torque: Any) -> GearDesign:
     """The design at a torque, its own for None, with teeth that are all alike, as standards have it; raises
     `InputError` for anything but a loaded design.
     """

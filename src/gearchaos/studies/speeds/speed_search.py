@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 
-from gearchaos.continuation.natural import End, Follower
+from gearchaos.continuation.natural import Follower, PathEnd
 from gearchaos.errors import InputError
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import DIVERGED_AT
@@ -56,7 +56,7 @@ class AtTorque:
     ratio: float
     limits: TeethLimits
     root: float | None = None  # the larger nominal root stress at rest, N/mm²
-    edges: list[End] = field(default_factory=list)  # between the runs of speeds of one criterion
+    edges: list[PathEnd] = field(default_factory=list)  # between the runs of speeds of one criterion
     jumps: tuple[Jump, ...] = ()  # of slow sweeps
     knocks: tuple[Knock, ...] = ()
     largest_knock: float = 0.0  # that was tried, rpm
@@ -121,7 +121,7 @@ class AtTorque:
                     motions = [m for m in met[inner] if not as_severe(m.leads_to[outside])]
                 out.append(Bracket(
                     self.motions.torque, inside, outside, motions, self.motions.at[outside], as_severe,
-                    End(inside, "", abs(outside - inside))))
+                    PathEnd(inside, "", abs(outside - inside))))
         return out
 
     def left_behind(self) -> list[tuple[MotionPath, str, Motion]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearchaos.continuation.natural import End
+from gearchaos.continuation.natural import PathEnd
 from gearchaos.datasets import new_dataset, provenance, variable, variables
 from gearchaos.dynamics import Classification
 from gearchaos.gears.design.gear_design import GearDesign
@@ -29,7 +29,7 @@ from gearchaos.studies.operation.followed_motions import (
 from gearchaos.studies.operation.load_change import REVERSAL
 from gearchaos.studies.operation.severities import CONTACT_WORDS
 from gearchaos.studies.speeds.criteria import CRITERIA, SPACING, STARTS, Criteria
-from gearchaos.studies.speeds.speed_and_torque import by_standards, loaded
+from gearchaos.studies.speeds.speed_and_torque import by_standards, with_torque
 from gearchaos.studies.speeds.speed_search import AtTorque, SpeedSearch, criterion_of
 from gearchaos.studies.speeds.speed_windows import (
     MOST_PEAKS,
@@ -119,7 +119,7 @@ def speeds_to_avoid(
     (['load change'], True)
     """
     axis = range_of_speeds(speed)
-    at_start = loaded(design, torque).at(speed=axis.start)
+    at_start = with_torque(design, torque).at(speed=axis.start)
     criteria = Criteria.checked(
         starts, spacing, seed, settings, factor=factor, root_stress=root_stress, separation=separation,
         load_change=load_change, wide=wide, knocks=knocks)
@@ -190,7 +190,7 @@ def _windows(found: AtTorque, dataset: xr.Dataset) -> tuple[Window, ...]:
     criteria = np.array([[0 if m is None else criterion(m) for m in row] for row in motions.named().values()])
     ranks, windows = motions.ranks(criterion), []
     parts = runs(ranks)
-    ends = [End(float(speeds[0])), *found.edges, End(float(speeds[-1]))]
+    ends = [PathEnd(float(speeds[0])), *found.edges, PathEnd(float(speeds[-1]))]
     for part, (start, stop) in zip(parts, pairwise(ends), strict=True):
         first, last = part[0], part[-1]
         before, rank, after = ([0, *ranks, 0][i] for i in (first, first + 1, last + 2))
