@@ -174,8 +174,8 @@ class Follower:
                 which: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Bisect between values ``low``, where the orbits ``last`` are, and ``until``, for paths with these indices.
 
-        Both are moved to the last orbit that goes on. Returns why the next one does not, see `FollowedOrbits.fails`, how
-        far it is from the last one, and whether its contact differs.
+        Both are moved to the last orbit that goes on. Returns why the next one does not, see `FollowedOrbits.fails`,
+        how far it is from the last one, and whether its contact differs.
         """
         high, why, jumps = until.copy(), np.zeros(len(low), int), np.zeros(len(low))
         changes, before, before_at = np.zeros(len(low), bool), last.w.copy(), low.copy()
