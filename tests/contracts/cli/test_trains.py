@@ -21,7 +21,7 @@ HOLDS = ("--set", "loose.torque=-0.2")
 def test_the_first_line_is_the_answer_and_the_train_is_described_before_the_work():
     result = ask("regime", LOOSE, *HOLDS)
     assert result.stdout.splitlines()[0] == "1T: all meshes keep contact"
-    assert "2 coordinates; everything repeats after\n  37.5 ms, the period of results\n" in result.stderr
+    assert "2 state variables; everything repeats\n  after 37.5 ms, the period of results\n" in result.stderr
     apart = ask("regime", LOOSE, "--set", "loose.torque=-0.1").stdout.splitlines()
     assert apart[0] == "1T: contact is lost at z1/z2"
     assert max(map(len, [*apart, *result.stdout.splitlines(), *result.stderr.splitlines()])) <= 80

@@ -140,7 +140,7 @@ class TrainModel(GearModel):
         train = self.train
         counts = {"body/bodies": len(train.bodies), "shaft/shafts": len(train.shafts),
                   "contact with play/contacts with play": len(structure(train).contacts),
-                  "coordinate/coordinates": len(self.state_names)}
+                  "state variable/state variables": len(self.state_names)}
         alike: dict[int, list[str]] = {}  # meshes by how many of their cycles are in the common period
         for name, count in train.cycles.items():
             alike.setdefault(count, []).append(name)
