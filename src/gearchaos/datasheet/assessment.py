@@ -157,12 +157,22 @@ def _ranges(windows: Sequence[Window]) -> str:
     merged = _merged(windows)
     wide = sorted((part for part in merged if not all(each.minor for each in part)),
                   key=lambda part: _stop(part) - part[0].reach[0])[-_MOST_RANGES:]
-    shown = [f"{edges(part[0])[0]} to {edges(max(part, key=lambda each: each.reach[1]))[1]}"
+    shown = [f"{edges(part[0])[0]} to {edges(max(part, key=lambda each: each.reach[1]))[1]}{_by_history(part)}"
              for part in merged if part in wide]
     more = len(merged) - len(wide)
     words = f"{listed(shown)} rpm" if shown else ""
     few = f"{more} {'narrower' if shown else 'narrow'} range{'s' * (more > 1)}" if more else ""
     return " and ".join(filter(None, [words, few]))
+
+
+def _by_history(part: Sequence[Window]) -> str:
+    """Where in a range, if it is one alone, it depends on the speeds before whether it is to be avoided."""
+    if len(part) > 1 or part[0].history is None:
+        return ""
+    low, high = (speed_in_words(speed, 0) for speed in part[0].history)
+    begins, ends = part[0].history[0] <= part[0].start, part[0].history[1] >= part[0].stop
+    where = "" if begins and ends else f"to {high} " if begins else f"from {low} " if ends else f"{low} to {high} "
+    return f" ({where}by history)"
 
 
 def _merged(ranges: Iterable[Any], window: Callable[[Any], Window] = lambda each: each) -> list[list[Any]]:
