@@ -21,7 +21,7 @@ from gearchaos.flow.step_tables import orthonormalisations
 from gearchaos.flow.system import SwitchedSystem, fastest_rate, min_steps_per_period, rate_in_flight
 
 MEMORY = 128 << 20  # bytes of step tables and matrices that are kept for points
-_SETS = 6  # contact sets for which there is room at each step on the average; when it is used up it is used anew
+_SETS = 12  # most contact sets with room at each step on the average; when it is used up it is used anew
 _LARGEST = 2 << 30  # bytes of what these take at one point, of many coordinates and a long period
 _LONGEST_LEAP, _SHORTEST_LEAP = 16, 8
 """Steps that free flight takes as one. The longest leap saves the most where a flank is met every few hundred steps."""
@@ -69,7 +69,8 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
     leaps = int((counts // LEAP).sum(axis=1).max()) if d > MOST_UNROLLED else 0
     fixed = leaps, len(sample), d, len(contacts.sides), len(rows)
-    entries, parts = max(_SETS * both, LEAP), _SETS * len(sample) * (2 if np.any(found.span > 1) else 1)
+    sets = min(_SETS, 2 ** len(contacts.sides))
+    entries, parts = max(sets * both, LEAP), sets * len(sample) * (2 if np.any(found.span > 1) else 1)
     least, entry, part = (_size(new_tables(1, 1, *room, *fixed)) for room in ((1, 1), (2, 1), (1, 2)))
     share = min(1.0, _LARGEST / (entries * (entry - least) + parts * (part - least)))
     entries, parts = max(LEAP, int(share * entries)), max(1, int(share * parts))
