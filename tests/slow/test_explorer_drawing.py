@@ -7,7 +7,8 @@ import tomllib
 import pytest
 
 import gearchaos as gc
-from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, inputs
+from gearchaos.explorer.core.drawing import EXAMPLE, Drawing
+from gearchaos.explorer.core.form_inputs import inputs
 from gearchaos.explorer.core.opened import Opened, opened
 from gearchaos.gears.design.transverse_section import transverse_section
 from gearchaos.studyfile import load_study

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import (
+    PAGE_WIDTH,
     SHOWN_ROWS,
     draw,
     plain_table,
@@ -22,6 +23,7 @@ from gearchaos.cli.output import (
     shown,
     unit_after,
 )
+from gearchaos.cli.trains import print_train
 from gearchaos.datasets import motions, with_primes
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.io.units import measured
@@ -173,47 +175,6 @@ def _operation(model: Any, scales: Scales | None) -> list[tuple[str, str]]:
     return [*rows, (frequency, _measured("omega", model.omega, scales))]
 
 
-def print_train(verdict: Verdict) -> None:
-    """Print the answer for a train: the contact of each mesh, and a table of forces and impacts."""
-    by_contact: dict[str, list[str]] = {}
-    for name, found in verdict.meshes.items():
-        by_contact.setdefault(found["contact"], []).append(name)
-    kept = by_contact.pop("permanent", [])
-    parts = [f"{_LOST[contact]} {', '.join(names)}" for contact, names in by_contact.items()]
-    if kept:
-        parts.append("all others keep contact" if parts else "all meshes keep contact")
-    answer = f"{verdict.label}: {'; '.join(parts)}"
-    print(textwrap.fill(answer, _WIDTH, subsequent_indent="  ", break_on_hyphens=False))
-    model: Any = verdict.model
-    part, unit = ("shaft", "(N m)") if model.train.scales.angular else ("mesh", "(N)")
-    table = plain_table(
-        part, "contact", "front", "back", f"peak {unit}", f"rms {unit}", "impacts/s", "dynamic\nfactor", gap=1)
-    for name, found in verdict.meshes.items():
-        shares = (f"{100 * found[side]:.4g} %" for side in ("front_share", "back_share"))
-        numbers = (found[n] for n in ("force_peak", "force_rms", "impacts_per_second", "dynamic_factor"))
-        table.add_row(name, found["contact"], *shares, *("none" if v is None else measured(v) for v in numbers))
-    print_table(table)
-    if verdict.load_shares:
-        _print_load_shares(verdict)
-
-
-def _print_load_shares(verdict: Verdict) -> None:
-    """Print how meshes share the load of a body, those alike in one row."""
-    print("\nshared loads; Kγ, the mesh load factor of ISO 6336-1, is the largest share over\nan even one")
-    table = plain_table("load of", "Kγ", "share", "mean (N)", "least (N)", "largest (N)", "mesh", gap=1,
-                        left=("load of", "mesh"))
-    for body, load in verdict.load_shares.items():
-        alike: dict[tuple[str, ...], list[str]] = {}
-        for name, share in load.items():
-            forces = (measured(abs(verdict.meshes[name][n])) for n in ("force_mean", "force_least", "force_peak"))
-            alike.setdefault((f"{100 * share:.3g} %", *forces), []).append(name)
-        first = body, f"{len(load) * max(load.values()):.3f}"
-        for numbers, (name, *others) in alike.items():
-            table.add_row(*first, *numbers, name + f" and {len(others)} alike" * bool(others))
-            first = "", ""
-    print_table(table)
-
-
 def _measured(name: str, value: Any, scales: Scales | None) -> str:
     """A value, in its physical unit if there are scales and it has one."""
     unit = None if scales is None or value is None else unit_of(name, scales)
@@ -278,15 +239,11 @@ def print_attractors(dataset: xr.Dataset, model: MeshModel) -> None:
         if root := root_of_model(model, 1.0):
             words.append(f"root stress {measured(max(root), 3)} N/mm² times it")
         beside = ", ".join([*words, *map(" ".join, beside_factors(model).items())])
-        print(textwrap.fill(f"dynamic factor: {beside}", _WIDTH, subsequent_indent="  "))
+        print(textwrap.fill(f"dynamic factor: {beside}", PAGE_WIDTH, subsequent_indent="  "))
 
-
-_WIDTH = 80
-"""Longest line, in characters."""
 
 _TEETH = {"permanent": "in contact", "one-sided": "separate", "two-sided": "hit both flanks", "none": "no contact"}
-_LOST = {"one-sided": "contact is lost at", "two-sided": "both flanks are hit at", "none": "no contact at"}
-"""Contact states in words: of the teeth of a pair, and before the names of meshes."""
+"""Contact states of the teeth of a pair in words."""
 
 
 def map_document(dataset: xr.Dataset) -> dict[str, Any]:
@@ -337,14 +294,14 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
         one = "" if "contact_worst" in dataset else ", one motion each"  # another one may separate where this does not
         shares = ", ".join(f"{_TEETH[state]} {100 * n / size:.3g} %" for state, n in found["contact"].items())
         teeth = "worst mesh" if "mesh" in dataset.dims else "teeth"
-        print(textwrap.fill(f"{teeth}{one}: {shares} of the {cells}", _WIDTH, subsequent_indent="  "))
+        print(textwrap.fill(f"{teeth}{one}: {shares} of the {cells}", PAGE_WIDTH, subsequent_indent="  "))
         if "to_avoid" in found:
             alone = sum(n for words, n in found["to_avoid"].items() if words.endswith(AFTER_A_LOAD_CHANGE))
             operation = size - alone - found["to_avoid"].get(TO_AVOID[0], 0)
             print(textwrap.fill(
                 f"to avoid: {100 * operation / size:.3g} % of the {cells} in operation, {100 * alone / size:.3g} % "
                 f"reached by load changes alone; {100 * found['share_of_load_changes']:.3g} % of the load changes lead "
-                "to separation", _WIDTH, subsequent_indent="  "))
+                "to separation", PAGE_WIDTH, subsequent_indent="  "))
     else:
         counts = sorted(found["cells"].items(), key=lambda item: -item[1])
         _print_shares("motions", [(name, count / size) for name, count in counts], cells)
@@ -357,7 +314,7 @@ def print_map(found: Mapping[str, Any], dataset: xr.Dataset) -> None:
     which = " (initial values)" if "attractors" in dataset else ""  # other motions of a cell may have a larger one
     mesh = f" of {largest['mesh']}" if "mesh" in largest else ""
     root = root_in_result(dataset, largest["value"], largest["at"]) if name == "dynamic_factor" else ""
-    print(textwrap.fill(f"largest {value}{root}{mesh}{which}, at {place}", _WIDTH, subsequent_indent="  "))
+    print(textwrap.fill(f"largest {value}{root}{mesh}{which}, at {place}", PAGE_WIDTH, subsequent_indent="  "))
     if words := words_beside(dataset, name):
         print(f"dynamic factor: {', '.join(words)}")
 
@@ -384,7 +341,7 @@ def _print_shares(what: str, shares: Iterable[tuple[str, float]], whole: str) ->
     parts = [f"{name} {100 * share:.3g} %" for name, share in shares]
     lines = [f"{what}: {', '.join([*parts[:n], *(['…'] if n < len(parts) else [])])} of the {whole}"
              for n in range(len(parts), -1, -1)]
-    print(next((line for line in lines if len(line) <= _WIDTH), lines[-1]))
+    print(next((line for line in lines if len(line) <= PAGE_WIDTH), lines[-1]))
 
 
 def _of(subject: str, folder: str = "cli") -> Any:

@@ -15,7 +15,8 @@ import pytest
 import gearchaos as gc
 from gearchaos.datasheet.quantities import datasheet
 from gearchaos.errors import InputError
-from gearchaos.explorer.core.drawing import EXAMPLE, GROUPS, Drawing, changes, inputs
+from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, changes
+from gearchaos.explorer.core.form_inputs import GROUPS, inputs
 from gearchaos.explorer.core.opened import Opened, opened, redrawn
 from gearchaos.explorer.core.text import from_query
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine

@@ -5,10 +5,9 @@ What can be asked for, and how, is declared by the fields of `gearchaos.gears.de
 
 from __future__ import annotations
 
-import inspect
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property, partial
 from typing import Any
@@ -16,28 +15,17 @@ from typing import Any
 import tomlkit
 
 from gearchaos.errors import InputError, gather, unknown_name
+from gearchaos.explorer.core.form_inputs import MODULE, PITCH, RANGES, inputs
 from gearchaos.explorer.core.form_words import error_in_form_words, in_form_words
 from gearchaos.explorer.core.models import limits, map_cells, too_slow
 from gearchaos.explorer.core.state import View, view_of
-from gearchaos.gears.design.gear_design import OPERATION, GearDesign
-from gearchaos.gears.design.inputs import Inputs
+from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.design.values import module_of
 from gearchaos.gears.geometry.dimensions import shift_sum
 from gearchaos.gears.io import units
-from gearchaos.gears.io.fields import Convert, Reader, Record, one, two
+from gearchaos.gears.io.fields import Record
 from gearchaos.gears.operation.operating import model_of_gears
 from gearchaos.studies.core.axis import Axis
-
-GROUPS: dict[str, tuple[str, ...]] = {
-    "Teeth": ("teeth", "module", "pressure_angle", "helix_angle", "face_width"),
-    "Pair": ("centre_distance", "profile_shift", "tip_diameter", "backlash", "damping_ratio"),
-    "Flanks": ("tip_relief", "quality", "transmission_error"),
-    "Wheels": ("material", "bore"),
-    "Operation": ("speed", "torque"),
-    "More": ("rack", "tip_alteration", "inertia", "mass", "stiffness", "load_sharing", "damping_law", "lead_crowning",
-             "lead_slope", "supports", "application_factor"),
-}
-"""Headings of the form, each with its inputs; the last one is folded. Inputs that are files or lists stand in none."""
 
 EXAMPLE = {
     "design.teeth": "23;81", "design.module": "2.5 mm", "design.face_width": "22 mm", "design.centre_distance":
@@ -47,10 +35,7 @@ EXAMPLE = {
     "operation.torque": "60 N*m"}
 """A drawing to begin with."""
 
-_RANGES = "range"  # the table of the ranges of the map
-_MODULE, _SHIFT, _DISTANCE = "design.module", "design.profile_shift", "design.centre_distance"
-_PITCH = units.DIAMETRAL_PITCH
-_FINE = ("tip_relief.amount", "lead_crowning", "lead_slope")  # lengths that drawings have in µm
+_SHIFT, _DISTANCE = "design.profile_shift", "design.centre_distance"
 _HALF = "Assumed: half of the sum that the centre distance needs, each."
 _NO_EFFECT = "It has no effect before a number is given with it."
 _ASKED_FOR = {
@@ -58,99 +43,6 @@ _ASKED_FOR = {
 """What follows from a drawing, by the input beside which it is said that it cannot be."""
 _LONGEST = 200  # most characters of a text
 _SPLIT = 1e-4  # to which profile shifts are rounded down that the drawing leaves open
-
-
-@dataclass(frozen=True)
-class Input:
-    """One row of the form, by its key in a study file: how it is read, what it means, and what it is if left out."""
-
-    key: str
-    reader: Reader
-    words: str
-    default: Any = None
-
-    @property
-    def path(self) -> str:
-        """Its name within its table."""
-        return self.key.partition(".")[2]
-
-    @property
-    def label(self) -> str:
-        table, _, path = self.key.partition(".")
-        return f"{path}, map from, to" if table == _RANGES else path.replace("_", " ").replace(".", ": ")
-
-    @property
-    def second(self) -> str:
-        """What the second of two values is of."""
-        return "to" if self.key.startswith(_RANGES) else "wheel 2"
-
-    @property
-    def units(self) -> Sequence[str]:
-        """The units that it is offered in, the usual one first."""
-        dimension = self.reader.dimension
-        if dimension is None:
-            return ()
-        usual = dimension.drawn or (dimension.example.partition(" ")[2],)
-        if self.path in _FINE:
-            return sorted(usual, key=lambda unit: unit != "um")
-        return (*usual, _PITCH.unit) if self.key == _MODULE else usual
-
-    def read(self, text: str) -> Any:
-        """The value that a study file has for a text: texts, numbers, or a list of those of both wheels."""
-        items = [self._one(part.strip()) for part in text.split(";")]
-        return items if self.reader.both and len(items) > 1 else items[0]
-
-    def _one(self, text: str) -> Any:
-        if self.reader.dimension is None and not self.reader.names:
-            for kind in (int, float):
-                try:
-                    return kind(text)
-                except ValueError:
-                    continue
-        return text
-
-    def parts(self, text: str) -> tuple[list[str], str]:
-        """The numbers of a text of the form, and their unit; a number in another one keeps it."""
-        texts = [part.strip() for part in text.split(";")]
-        unit = next((u for u in self.units if texts[0].endswith(f" {u}")), "")
-        return [part.removesuffix(f" {unit}") if unit else part for part in texts], unit
-
-    def shown(self, value: Any, unit: str) -> list[str]:
-        """A value in SI as numbers in a unit, those of both wheels once if they are the same."""
-        size = units.to_si(self.path, f"1 {unit}", self.reader.dimension) if self.reader.dimension and unit else 1.0
-        if unit == _PITCH.unit:
-            return [f"{module_of(1.0) / value:.6g} {unit}"]
-        values = value if isinstance(value, (tuple, list)) else (value,)
-        return [f"{v / size:.6g}{f' {unit}' * bool(unit)}" if isinstance(v, (int, float)) else str(v) for v in values]
-
-
-@cache
-def inputs() -> dict[str, Input]:
-    """The inputs of the form by key, in their order."""
-    words, own = _words(), {f.name: f for f in fields(Inputs)}
-    found = {}
-    for name in (name for names in GROUPS.values() for name in names):
-        key, declared = f"{'operation' if name in OPERATION else 'design'}.{name}", own[name]
-        default = None if declared.default is MISSING else declared.default
-        reader = _reader(declared.metadata["convert"])
-        for part, convert in (reader.parts or {"": reader}).items():
-            dotted = f"{key}.{part}" if part else key
-            found[dotted] = Input(dotted, _reader(convert), words.get(name, ""),
-                                  getattr(default, part, None) if part else default)
-        if name in ("speed", "torque"):
-            ends = two(one(units.SPEED if name == "speed" else units.TORQUE), "must be two values: from and to")
-            found[f"{_RANGES}.{name}"] = Input(f"{_RANGES}.{name}", ends, f"The {name}s of the map.")
-    return found
-
-
-def _reader(convert: Convert) -> Reader:
-    return convert if isinstance(convert, Reader) else Reader(convert, names=getattr(convert, "names", ()))
-
-
-def _words() -> dict[str, str]:
-    """What the inputs mean, by name, from the docstring of `GearDesign`."""
-    found = re.findall(r"^(\w[\w, ]*) : .*\n((?:    .+\n)+)", inspect.cleandoc(GearDesign.__doc__ or ""), re.MULTILINE)
-    return {name: " ".join(text.replace("``", "").split()) for names, text in found for name in names.split(", ")}
 
 
 @dataclass(frozen=True)
@@ -203,12 +95,12 @@ class Drawing:
                     key = ".".join(filter(None, (table, name, part)))
                     texts[key] = ";".join(text(key, item) for item in (each if isinstance(each, list) else [each]))
         if "design.diametral_pitch" in texts:
-            texts[_MODULE] = texts.pop("design.diametral_pitch")
+            texts[MODULE] = texts.pop("design.diametral_pitch")
         study = document.get("study", {})
         for name, unit in (("speed", "rpm"), ("torque", "N*m")):
             if found := re.match(rf"{name}=([^:]+):([^:]+):", f"{study.get('x')};{study.get('y')}".replace(";", "\n"),
                                  re.MULTILINE):
-                texts[f"{_RANGES}.{name}"] = ";".join(f"{float(end):.10g} {unit}" for end in found.groups())
+                texts[f"{RANGES}.{name}"] = ";".join(f"{float(end):.10g} {unit}" for end in found.groups())
         known = "design" in document and document.keys() <= {"design", "operation", "study"}
         return cls.of(texts.items()) if known and texts.keys() <= inputs().keys() else None
 
@@ -227,9 +119,9 @@ class Drawing:
         tables: dict[str, dict[str, Any]] = {"design": {}, "operation": {}}
         for key, value in (self.values | ({} if shift is None else {_SHIFT: list(shift)})).items():
             table, name, *part = key.split(".")
-            if table == _RANGES:
+            if table == RANGES:
                 continue
-            if key == _MODULE and self[key].endswith(f" {_PITCH.unit}"):
+            if key == MODULE and self[key].endswith(f" {PITCH.unit}"):
                 name = "diametral_pitch"
             if part:
                 tables[table].setdefault(name, {})[part[0]] = value
@@ -288,7 +180,7 @@ class Drawing:
         except InputError as error:
             needed = self._needed(error) if error.value is None else {}
             return replace(known, needed=needed, errors={} if needed else self._placed(error))
-        ranges = {f"{_RANGES}.{a.name}": (a.start, a.stop) for a in (view.x, view.y)}
+        ranges = {f"{RANGES}.{a.name}": (a.start, a.stop) for a in (view.x, view.y)}
         return replace(known, view=view, assumed={**known.assumed, **{
             key: " / ".join(f"{end:g} {inputs()[key].units[0]}" for end in ends) for key, ends in ranges.items()}})
 
@@ -298,7 +190,7 @@ class Drawing:
         errors = {}
         for key, value in self.values.items():
             try:
-                if key == _MODULE and self[key].endswith(_PITCH.unit):
+                if key == MODULE and self[key].endswith(PITCH.unit):
                     module_of(value)
                 else:
                     inputs()[key].reader(inputs()[key].path, value)
@@ -311,7 +203,7 @@ class Drawing:
         advice = {f.name: f.metadata["advice"] for f in fields(GearDesign) if "advice" in f.metadata}
         left_out = _names(error)
         return {key: in_form_words(advice[name], partial(label_of, key=key)) for key in inputs()
-                if (name := key.split(".")[1]) in left_out and not key.startswith(_RANGES)}
+                if (name := key.split(".")[1]) in left_out and not key.startswith(RANGES)}
 
     def _design(self) -> tuple[GearDesign, tuple[float, float] | None]:
         """The design, and the profile shifts if the centre distance needs some and the drawing leaves them open."""
@@ -341,7 +233,7 @@ class Drawing:
                                      too_slow(model) if name == "speed" and value < ends[0] else "")
 
         def axis(name: str) -> Axis | None:
-            key = f"{_RANGES}.{name}"
+            key = f"{RANGES}.{name}"
             checked(f"operation.{name}", getattr(design, name))
             if key not in self.values:
                 return None
@@ -407,7 +299,7 @@ def _assumed(design: GearDesign | None) -> dict[str, str]:
     for key, each in inputs().items():
         name, _, part = each.path.partition(".")
         value = each.default
-        if key.startswith(_RANGES):
+        if key.startswith(RANGES):
             out[key] = "usual / usual"
             continue
         if design is not None and not each.reader.names:

@@ -15,7 +15,8 @@ from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from gearchaos.errors import InputError, unknown_name
-from gearchaos.explorer.core.drawing import EXAMPLE, Drawing, inputs
+from gearchaos.explorer.core.drawing import EXAMPLE, Drawing
+from gearchaos.explorer.core.form_inputs import inputs
 from gearchaos.explorer.core.models import as_operating_axis, own_kind, own_model, value_on
 from gearchaos.explorer.core.state import View, view_of
 from gearchaos.explorer.core.text import as_toml

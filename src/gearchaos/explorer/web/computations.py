@@ -8,14 +8,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from gearchaos.datasheet.report import Report
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import changes
-from gearchaos.explorer.core.progress import Part, Progress
 from gearchaos.explorer.core.state import View
-from gearchaos.explorer.core.worker import GeneratorFunction, Job, Worker, Workers
+from gearchaos.explorer.core.worker import GeneratorFunction, Workers
 from gearchaos.explorer.features.assessment.job import assessed
 from gearchaos.explorer.features.assessment.speed_line import SpeedLine
 from gearchaos.explorer.features.changes.job import changed_designs
@@ -29,6 +27,18 @@ from gearchaos.explorer.features.motion.point import PointMotion, final_verdict,
 from gearchaos.explorer.features.runup.job import RunUpResult, run_up
 from gearchaos.explorer.features.tolerances.job import Cloud, tolerances
 from gearchaos.explorer.web import export
+from gearchaos.explorer.web.tasks import (
+    ASSESSMENT,
+    CHANGES,
+    FACTORS,
+    KNOCK,
+    RELIEF,
+    RESULTS,
+    RUN_UP,
+    SKELETON,
+    TOLERANCES,
+    Tasks,
+)
 from gearchaos.gears.operation.operating import OperatingModel, is_design
 from gearchaos.studies.speeds.assess import Assessment
 
@@ -38,25 +48,13 @@ if TYPE_CHECKING:
 _DELAY = 0.05  # seconds between the last change of a slider and the start of a long computation
 _MAP_DELAY = 0.02  # the same for a map: longer than between two frames of the browser, which may send a change each
 _MOVING = 0.2  # seconds between two changes up to which a slider is being moved; the first has no delay
-_SKELETON = "bifurcation curves"  # the task of the curves over the map
-_RUN_UP = "run-up"  # the task of the run-up
-_ASSESSMENT = "assessment"  # the task of the speeds to avoid
-_TOLERANCES = "tolerances"  # the task of what they do at the point
-_KNOCK = "knock"  # the task of what a knock does to the motion at the point
-_RELIEF = "best tip relief"  # the task of the relief of a drawing
-_FACTORS = "dynamic factor along the speed"  # the task of the factors of drawings
-_CHANGES = "changed designs"  # the task of which change of a design helps
-_RESULTS = {_SKELETON: "_skeleton", _RUN_UP: "run_up", _ASSESSMENT: "assessment", _TOLERANCES: "cloud",
-            _KNOCK: "knocked", _CHANGES: "changes"}  # the attribute that keeps the result of a task
-_BUTTONS = {_RUN_UP: "run", _ASSESSMENT: "assess", _TOLERANCES: "tolerances", _KNOCK: "knock", _CHANGES: "changes"}
-"""The button that begins a task and stops it."""
 _NO_SPEED = "choose the gears in the menu of presets; a dimensionless model has no speed"
 _NO_PAIR = "choose a pair of gears; a dimensionless model and a train have none"
 _NO_DESIGN = "choose a drawing or a [design]; other gears have no inputs that can be changed"
 _COARSE_DIAGRAM = 4  # the first bifurcation diagram has every 4th column
 
 
-class Computations:
+class Computations(Tasks):
     """The computations of one page (``owner``), at most one per task ("map", "diagram", ...).
 
     The motion at the point is computed first, by its own worker. A second worker computes the map, coarse first. Once a
@@ -74,10 +72,8 @@ class Computations:
         self, owner: str, view: View, workers: Workers, call_soon: Callable[[Callable[[], None]], None],
         display: Page,
     ) -> None:
-        self._owner, self._view, self._call_soon, self._display = owner, view, call_soon, display
-        self._quick, self._slow, self._branches, self._curves = workers
-        self._pending: dict[str, object] = {}  # the tasks, each with what tells its request from later ones
-        self.map: Map | None = None  # the newest one
+        super().__init__(owner, workers, call_soon, display)
+        self._view = view
         self._map_asked = 0.0  # when one was asked for last
         self.point_motion: PointMotion | None = None  # the newest one
         self._awaits_map = False  # the diagram and the other motions wait for a coarse map
@@ -93,12 +89,10 @@ class Computations:
         self.knocked: KnockedMotion | None = None  # what a knock does to the motion at the present point
         self.changes: Report | None = None  # of the design at the present torque
         self._changed: SpeedLine | None = None  # the speeds over which its changes are assessed
-        self._progress: dict[str, Progress] = {}  # of the tasks of `_BUTTONS` that are computed
-        self._lacks: dict[str, str] = {}  # what the results of such tasks lack that is still computed
         self._along: tuple[Any, ...] = ()  # the models and speeds whose dynamic factors are shown, or on their way
-        self._clear_display = {_RUN_UP: display.clear_run_up, _ASSESSMENT: display.clear_assessment,
-                               _TOLERANCES: display.clear_tolerances, _KNOCK: display.clear_knock,
-                               _CHANGES: display.clear_changes}
+        self._clear_display = {RUN_UP: display.clear_run_up, ASSESSMENT: display.clear_assessment,
+                               TOLERANCES: display.clear_tolerances, KNOCK: display.clear_knock,
+                               CHANGES: display.clear_changes}
 
     # --- the view changes ------------------------------------------------------------------------------------------
 
@@ -115,22 +109,22 @@ class Computations:
         self._awaits_update = True
         if before.point != view.point:
             self._ask_point_motion()
-            self._clear(_KNOCK)
+            self._clear(KNOCK)
         if before.plane_key != view.plane_key:
             self.clear_skeleton()
         if before.map_key != view.map_key:
             self._ask_map()
         silent = self.run_up is None or not self.run_up.sound
         if before.run_key != view.run_key or (view.sounds and not before.sounds and silent):
-            self._clear(_RUN_UP)
+            self._clear(RUN_UP)
         if self._line is not None and not self._line.belongs_to(view):
-            self._clear(_ASSESSMENT)
+            self._clear(ASSESSMENT)
         elif self._line is not None and self.assessment is not None:  # in its place on the present map
-            self._display.show_assessment(self._line, self.assessment, _ASSESSMENT not in self._pending)
+            self._display.show_assessment(self._line, self.assessment, ASSESSMENT not in self._pending)
         if self._changed is not None and (not self._changed.goes_through(view) or before.change != view.change):
-            self._clear(_CHANGES)
+            self._clear(CHANGES)
         if before.operating_point != view.operating_point:
-            self._clear(_TOLERANCES)
+            self._clear(TOLERANCES)
 
     def update_rest(self, before: View) -> None:
         """Compute what else differs between an earlier view and the present one."""
@@ -154,79 +148,6 @@ class Computations:
             worker.cancel(self._owner)
 
     # --- requests --------------------------------------------------------------------------------------------------
-
-    def _ask(
-        self, worker: Worker, task: str, function: GeneratorFunction, show: Callable[[Any], None], delay: float = 0.0,
-        urgent: bool = False,
-    ) -> None:
-        """Have a worker compute a task; ``show`` gets its results, but no empty Dataset, which is progress only.
-
-        A result, or an end, that was on its way when the task was dropped or asked for again is ignored.
-        """
-        def deliver(found: Any) -> None:
-            if self._pending.get(task) is not request:
-                return
-            if not isinstance(found, xr.Dataset) or found:
-                show(found)
-            self._show_busy()
-
-        def end(message: str | None) -> None:
-            if self._pending.get(task) is request:
-                self._ended(task, message)
-
-        self._pending[task] = request = object()
-        self._show_busy()
-        worker.submit(self._owner, task, Job(function, lambda found: self._call_soon(partial(deliver, found)),
-                                             lambda message: self._call_soon(partial(end, message)), delay,
-                                             lambda: self._call_soon(partial(self._show_busy, compiling=True)), urgent))
-
-    def _drop(self, worker: Worker, task: str) -> None:
-        """Cancel a task that need not be computed again."""
-        worker.cancel(self._owner, task)
-        self._ended(task, None)
-
-    def _clear(self, task: str) -> None:
-        """Remove the result of one of `_RESULTS`, and cancel its computation."""
-        if task in self._pending or getattr(self, _RESULTS[task]) is not None:
-            setattr(self, _RESULTS[task], None)
-            self._drop(self._branches, task)
-
-    def _keep(self, task: str, show: Callable[..., None], found: Any) -> None:
-        """Show the result of one of `_RESULTS`, or what is known of it; or how far it is."""
-        if isinstance(found, Progress):
-            self._progress[task] = found
-        elif isinstance(found, Part):
-            self._lacks[task] = found.lacks
-            self._progress.pop(task, None)
-            setattr(self, _RESULTS[task], found.found)
-            show(found.found, False)
-        else:
-            self._lacks.pop(task, None)
-            setattr(self, _RESULTS[task], found)
-            show(found)
-
-    def _press(self, task: str, obstacle: str, function: GeneratorFunction, show: Callable[..., None]) -> None:
-        """Begin one of `_BUTTONS`, or stop it; a message says what hinders it, if anything does."""
-        if task in self._pending:
-            self._stop(task, show)
-            return
-        self._clear(task)
-        if obstacle:
-            self._ended(task, obstacle)
-            return
-        self._display.show_message("")
-        self._display.show_progress(_BUTTONS[task], "")
-        show(None)
-        self._ask(self._branches, task, function, partial(self._keep, task, show))
-
-    def _stop(self, task: str, show: Callable[..., None]) -> None:
-        """Stop one of `_BUTTONS`, and say what is known by now."""
-        share, lacks = self._progress.get(task, Progress(0.0)).share, self._lacks.get(task)
-        known = f"what stands below lacks {lacks}" if lacks else "nothing of it is known yet"
-        self._drop(self._branches, task)
-        if lacks:
-            show(getattr(self, _RESULTS[task]))
-        self._display.show_progress(_BUTTONS[task], f"{task} stopped at {100 * share:.0f} %: {known}")
 
     def _ask_point_motion(self) -> None:
         self._quick.cancel(self._owner, "final verdict")
@@ -296,15 +217,15 @@ class Computations:
 
     def _ask_waiting_skeleton(self) -> None:
         """Compute the bifurcation curves that were asked for, unless that has begun."""
-        if self.skeleton_period and self._skeleton is None and _SKELETON not in self._pending:
+        if self.skeleton_period and self._skeleton is None and SKELETON not in self._pending:
             function = partial(skeleton, self._view, self.skeleton_period)
-            self._ask(self._curves, _SKELETON, function, partial(self._keep, _SKELETON, self._display.show_skeleton))
+            self._ask(self._curves, SKELETON, function, partial(self._keep, SKELETON, self._display.show_skeleton))
 
     def clear_skeleton(self) -> None:
         """Remove the bifurcation curves; cancel their computation."""
         if self.skeleton_period:
             self._skeleton, self.skeleton_period = None, 0
-            self._drop(self._curves, _SKELETON)
+            self._drop(self._curves, SKELETON)
             self._display.clear_skeleton()
 
     def ask_run_up(self) -> None:
@@ -312,21 +233,21 @@ class Computations:
         if self.run_up is None:
             run: Any = self._view.run
             function = partial(run_up, self._view.operating_point, run, self._view.mesh)
-            self._press(_RUN_UP, "" if run else _NO_SPEED, function, self._display.show_run_up)
+            self._press(RUN_UP, "" if run else _NO_SPEED, function, self._display.show_run_up)
 
     def ask_assessment(self) -> None:
         """Assess the speeds at the point, or stop that; there is a message if the view has no gears."""
-        if _ASSESSMENT not in self._pending:
-            self._clear(_ASSESSMENT)
+        if ASSESSMENT not in self._pending:
+            self._clear(ASSESSMENT)
             self._line = SpeedLine(self._view)
         assert self._line is not None
-        self._press(_ASSESSMENT, "" if self._view.run else _NO_SPEED, partial(assessed, self._line),
+        self._press(ASSESSMENT, "" if self._view.run else _NO_SPEED, partial(assessed, self._line),
                     partial(self._display.show_assessment, self._line))
 
     def ask_tolerances(self) -> None:
         """Compute what tolerances do at the point, or stop that; there is a message if the view has no pair."""
         is_pair = isinstance(self._view.operating_point, OperatingModel)
-        self._press(_TOLERANCES, "" if is_pair else _NO_PAIR, partial(tolerances, self._view),
+        self._press(TOLERANCES, "" if is_pair else _NO_PAIR, partial(tolerances, self._view),
                     self._display.show_tolerances)
 
     def ask_changes(self) -> None:
@@ -334,18 +255,18 @@ class Computations:
         obstacle, model = "" if is_design(self._view.gears) else _NO_DESIGN, self._view.operating_point
         if isinstance(model, OperatingModel) and (apart := changes(model)):
             obstacle = f"set back {', '.join(apart)}, which a design does not have"
-        if _CHANGES not in self._pending:
-            self._clear(_CHANGES)
+        if CHANGES not in self._pending:
+            self._clear(CHANGES)
             self._changed = SpeedLine(self._view)
         assert self._changed is not None
-        self._press(_CHANGES, obstacle, partial(changed_designs, self._changed), self._display.show_changes)
+        self._press(CHANGES, obstacle, partial(changed_designs, self._changed), self._display.show_changes)
 
     def ask_relief(self) -> None:
         """Find the best tip relief of the design at the point; there is a message if the view has none."""
         if not is_design(self._view.gears):
             self._display.show_message(_NO_PAIR)
             return
-        self._ask(self._quick, _RELIEF, partial(best_relief, self._view.gears), self._display.show_relief)
+        self._ask(self._quick, RELIEF, partial(best_relief, self._view.gears), self._display.show_relief)
 
     def ask_factors(self, views: list[View]) -> None:
         """Compute the dynamic factors of drawings along the speeds of their first view, unless they are known."""
@@ -353,7 +274,7 @@ class Computations:
         asked = tuple(view.model_at({"speed": ends[0]}) for view in views), ends
         if views and asked != self._along:
             self._along = asked
-            self._ask(self._quick, _FACTORS, partial(factors, *asked), self._display.show_factors, 3 * _DELAY)
+            self._ask(self._quick, FACTORS, partial(factors, *asked), self._display.show_factors, 3 * _DELAY)
 
     def ask_knock(self) -> None:
         """Find what a knock does to the motion at the point, or cancel that; a message says why it cannot be found."""
@@ -363,9 +284,9 @@ class Computations:
             obstacle = _NO_PAIR
         elif motion is None or motion.model != self._view.point:
             obstacle = "the motion at the point is still being computed"
-        elif _KNOCK not in self._pending:
+        elif KNOCK not in self._pending:
             function = partial(knocked_motion, motion_to_knock(motion), motion.verdict.dynamic_factor or np.nan)
-        self._press(_KNOCK, obstacle, function, self._display.show_knock)
+        self._press(KNOCK, obstacle, function, self._display.show_knock)
 
     def ask_file(self, kind: str, suffix: str) -> None:
         """Make a file of the map, the motion or the run-up in the units that the view shows, or of the assessment."""
@@ -398,32 +319,13 @@ class Computations:
     # --- results ---------------------------------------------------------------------------------------------------
 
     def _ended(self, task: str, message: str | None) -> None:
-        """The job of a task has ended, after its last result or with an error message."""
-        self._pending.pop(task, None)
-        self._show_busy()
-        if message:
-            self._display.show_message(f"{task}: {message}")
-        self._progress.pop(task, None)
-        if self._lacks.pop(task, None) and message:
-            setattr(self, _RESULTS[task], None)
-        if task in _BUTTONS:
-            self._display.show_progress(_BUTTONS[task], "")
-        if task in self._clear_display and getattr(self, _RESULTS[task]) is None:
-            self._line = None if task == _ASSESSMENT else self._line
+        super()._ended(task, message)
+        if task in self._clear_display and getattr(self, RESULTS[task]) is None:
+            self._line = None if task == ASSESSMENT else self._line
             self._clear_display[task]()
         if task == "map":
             self._continue_after_first_map()
             self._continue_after_last_map()
-
-    def _show_busy(self, compiling: bool = False) -> None:
-        share = 0.0 if self.map is None else self.map.share
-        progress = f"map {100 * share:.0f} %" if share < 1 else "map (final verdicts of chaotic cells)"
-        words = {"map": progress} | {task: f"{task} {done.words}" for task, done in self._progress.items()}
-        for task in self._pending.keys() & (self._progress.keys() | self._lacks.keys()):
-            done = [self._progress[task].words] if task in self._progress else []
-            lacks = [f"what stands below lacks {self._lacks[task]}"] if task in self._lacks else []
-            self._display.show_progress(_BUTTONS[task], "; ".join(done + lacks))
-        self._display.show_busy([words.get(p, p) for p in sorted(self._pending)], compiling)
 
     def show_map(self, found: Map) -> None:
         """Show a map, unless it does not have the variable of the present colouring."""

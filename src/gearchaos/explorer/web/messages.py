@@ -25,7 +25,7 @@ from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS
 from jinja2 import Environment, FunctionLoader
 
-from gearchaos.explorer.core.drawing import inputs
+from gearchaos.explorer.core.form_inputs import inputs
 from gearchaos.explorer.core.style import motion_hint
 
 

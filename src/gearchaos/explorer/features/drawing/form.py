@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from gearchaos.explorer.core.drawing import GROUPS, Drawing, Input, Reading, inputs
+from gearchaos.explorer.core.drawing import Drawing, Reading
+from gearchaos.explorer.core.form_inputs import GROUPS, Input, inputs
 
 
 class Box(NamedTuple):

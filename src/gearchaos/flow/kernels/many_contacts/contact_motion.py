@@ -10,8 +10,9 @@ from math import log, sqrt
 
 from gearchaos.flow.kernels.compilation import inlined, main_kernel, subroutine
 from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP, MOST_UNROLLED
+from gearchaos.flow.kernels.many_contacts.contact_leaps import leap_in_contact
 from gearchaos.flow.kernels.many_contacts.contact_measures import keep_segment, load_measures, store_measures
-from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, fill_steps, find_set, leap_in_contact
+from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, fill_steps, find_set
 from gearchaos.flow.kernels.many_contacts.contact_switches import output_series, resolve
 from gearchaos.flow.kernels.vector.constants import DIVERGED, DIVERGED_AT, OK
 from gearchaos.flow.kernels.vector.simd import fma

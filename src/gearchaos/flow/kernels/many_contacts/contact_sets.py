@@ -13,7 +13,7 @@ import numpy as np
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP, MOST_UNROLLED, OFFSETS
 from gearchaos.flow.kernels.vector.constants import ORDER, TWO_PI, WIDTH
-from gearchaos.flow.kernels.vector.simd import bits, broadcast, fma, load, store, vfma
+from gearchaos.flow.kernels.vector.simd import broadcast, load, store, vfma
 
 _CONTINUOUS = 1e-12  # an offset that differs by less from one piece to the next, in units of displacement, goes on
 _LEAST_PIECE = 1e-14  # shortest piece of a period, as a fraction of it, that gets steps
@@ -94,7 +94,7 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
 
 
 @inlined
-def _forget_sets(tables, place):
+def forget_sets(tables, place):
     tables.entries[place] = tables.parts[place] = 0
     tables.first[place, :] = tables.part_first[place, :] = -1
     tables.leap_made[place, :] = tables.leap_part[place, :] = -1
@@ -104,7 +104,7 @@ def _forget_sets(tables, place):
 def fill_steps(dims, points, p, tables, place, work):
     """Write the steps of point p and its leaps to a place of the tables, without what depends on contact sets."""
     tables.point[place] = p
-    _forget_sets(tables, place)
+    forget_sets(tables, place)
     tables.leap[place, :] = -1
     tables.steps[place] = _fill_rows(dims, points, p, tables, place, 0, 1, work)
     if points.span[p] > 1:
@@ -170,7 +170,7 @@ def _fill_series(dims, duration, linear, force, series):
 
 
 @inlined
-def _bend(dims, outputs, constant, state, factor, terms):
+def bend_bound(dims, outputs, constant, state, factor, terms):
     """How far a displacement is from its chord on a step at most, in the motion from ``factor`` times a state (d,), by
     its polynomials (d, TERMS) from unit vectors and that from 0; ``terms`` (TERMS,) is memory."""
     low, high, bend = load(constant, 0), load(constant, 1), 0.0
@@ -255,18 +255,18 @@ def _make_clear(dims, points, tables, place, step, closed, entry, terms):
                 high = min(high, side * o[0, e] - bend, side * end - bend)
         clear = tables.clear[place, entry, m]
         clear[0], clear[1], clear[2] = low, high, reference
-        clear[3] = _bend(dims, tables.outputs[place, tables.linear[place, entry], m],
+        clear[3] = bend_bound(dims, tables.outputs[place, tables.linear[place, entry], m],
                          tables.shift_outputs[place, entry, m], points.unit[m], reference, terms)
 
 
 @inlined
 def after_step(dims, tables, place, entry, w, after):
     """Write the state after a step with a contact set, from ``w``, to ``after``."""
-    _apply_affine(dims, tables.matrix[place, tables.linear[place, entry]], tables.shift[place, entry], w, after)
+    apply_affine(dims, tables.matrix[place, tables.linear[place, entry]], tables.shift[place, entry], w, after)
 
 
 @inlined
-def _apply_affine(dims, matrix, shift, w, after):
+def apply_affine(dims, matrix, shift, w, after):
     vectors = len(shift) // WIDTH
     for v in range(vectors):
         total = load(shift, v)
@@ -312,7 +312,7 @@ def add_set(dims, points, p, tables, place, step, closed, work):
     that for a difference of 1 from there.
     """
     if tables.entries[place] == tables.step.shape[1] or tables.parts[place] == tables.part_closed.shape[1]:
-        _forget_sets(tables, place)
+        forget_sets(tables, place)
     entry = tables.entries[place]
     tables.entries[place] = entry + 1
     tables.step[place, entry], tables.closed[place, entry], tables.follows[place, entry] = step, closed, -1
@@ -343,96 +343,3 @@ def find_set(dims, points, p, tables, place, step, closed, work):
     """The entry of a step and a contact set, made if it is not there."""
     entry = _find(tables.first[place, step], tables.chain[place], tables.closed[place], closed)
     return entry if entry >= 0 else add_set(dims, points, p, tables, place, step, closed, work)
-
-
-@subroutine
-def _make_leap_part(dims, points, tables, place, part, power, moved):
-    """Write what leaps with a linear part have in common; ``power`` (d, d) and ``moved`` (d,) are memory."""
-    d, matrix, bends = len(dims), tables.matrix[place, part], tables.leap_bends[place, part]
-    tables.leap_made[place, part] = 1
-    bends[:] = 0.0
-    for j in range(d):
-        for i in range(d):
-            power[j, i] = 1.0 if i == j else 0.0
-    for k in range(LEAP):
-        for j in range(d):
-            for m in range(len(points.row)):
-                bend = 0.0
-                for i in range(d):
-                    bend += tables.bends[place, part, m, i] * abs(power[j, i])
-                bends[m, j] = max(bends[m, j], bend)
-            for i in range(d):
-                moved[i] = 0.0
-                for n in range(d):
-                    moved[i] = fma(matrix[n, i], power[j, n], moved[i])
-            for i in range(d):
-                power[j, i] = tables.leap_matrix[place, part, j, i] = moved[i]
-            for m in range(len(points.row)):
-                tables.leap_rows[place, part, m, j, k] = dot(dims, points.row[m], moved)
-
-
-@subroutine
-def _add_leap(dims, points, p, tables, place, step, leap, work):
-    """Make a leap in contact that begins with a step.
-
-    Its limits are those of the steps with ``clear``, less how far the displacement is from the chord of each step in
-    the motion that begins at rest; ``leap_bends`` are, for each coordinate, that for a difference of 1 from there.
-    """
-    d, closed = len(dims), tables.leap_closed[place, leap]
-    if tables.entries[place] + LEAP > tables.step.shape[1]:
-        _forget_sets(tables, place)
-    part = tables.linear[place, find_set(dims, points, p, tables, place, step, closed, work)]
-    if tables.leap_made[place, part] < 0:
-        _make_leap_part(dims, points, tables, place, part, work.power, work.after)
-    clear, first, states = tables.leap_clear[place, leap], tables.leap_first[place, leap], work.states
-    for i in range(d):
-        states[0, i], states[1, i] = points.rest[p, i], 0.0
-    for k in range(LEAP):
-        entry = find_set(dims, points, p, tables, place, step + k, closed, work)
-        for m in range(len(points.row)):
-            bend = _bend(dims, tables.outputs[place, part, m], tables.shift_outputs[place, entry, m], states[0], 1.0,
-                         work.shifted)
-            low, high = tables.clear[place, entry, m, 0] + bend, tables.clear[place, entry, m, 1] - bend
-            if k == 0:
-                first[m, 0], first[m, 1] = low, high
-            else:
-                clear[m, 1, k - 1], clear[m, 2, k - 1] = max(clear[m, 1, k - 1], low), min(clear[m, 2, k - 1], high)
-            clear[m, 1, k], clear[m, 2, k] = low, high
-        for n in range(2):
-            after_step(dims, tables, place, entry, states[n], work.after)
-            for i in range(d):
-                states[n, i] = work.after[i]
-        for m in range(len(points.row)):
-            clear[m, 0, k] = dot(dims, points.row[m], states[1])
-    for i in range(d):
-        tables.leap_shift[place, leap, i] = states[1, i]
-    tables.leap_part[place, leap] = part
-
-
-@inlined
-def leap_in_contact(dims, points, p, tables, place, step, leap, work):
-    """Write the state after the leap that begins with a step to ``work.after``; returns its linear part, or −1 where a
-    contact may switch."""
-    part = tables.leap_part[place, leap]
-    if part < 0:
-        _add_leap(dims, points, p, tables, place, step, leap, work)
-        part = tables.leap_part[place, leap]
-    stays, ones, vectors = True, (1 << WIDTH) - 1, LEAP // WIDTH
-    for m in range(len(points.row)):
-        far, z = 0.0, 0.0
-        for j in range(len(dims)):
-            far += tables.leap_bends[place, part, m, j] * abs(work.w[j] - points.rest[p, j])
-            z += points.row[m, j] * work.w[j]
-        first, clear, rows = tables.leap_first[place, leap, m], tables.leap_clear[place, leap, m], tables.leap_rows[
-            place, part, m]
-        stays &= (first[0] + far < z) & (z < first[1] - far)
-        for v in range(vectors):
-            at = load(clear, v)
-            for j in range(len(dims)):
-                at = vfma(broadcast(work.w[j]), load(rows, j * vectors + v), at)
-            low, high = load(clear, vectors + v), load(clear, 2 * vectors + v)
-            stays &= bits((low + broadcast(far) < at) & (at < high - broadcast(far))) == ones
-    if not stays:
-        return -1
-    _apply_affine(dims, tables.leap_matrix[place, part], tables.leap_shift[place, leap], work.w, work.after)
-    return part

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from gearchaos.flow.kernels.compilation import inlined, kernel
 from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP
+from gearchaos.flow.kernels.many_contacts.contact_leaps import leap_in_contact
 from gearchaos.flow.kernels.many_contacts.contact_motion import advance_tangents, closed_contacts
-from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, fill_steps, find_set, leap_in_contact
+from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, fill_steps, find_set
 
 
 @inlined

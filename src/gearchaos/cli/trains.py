@@ -1,0 +1,56 @@
+"""What is printed of the motion of a train: its meshes, and how parallel paths share the load."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+from gearchaos.cli.output import PAGE_WIDTH, plain_table, print_table
+from gearchaos.gears.io.units import measured
+
+if TYPE_CHECKING:
+    from gearchaos.studies import Verdict
+
+_LOST = {"one-sided": "contact is lost at", "two-sided": "both flanks are hit at", "none": "no contact at"}
+"""Contact states in words before the names of meshes."""
+
+
+def print_train(verdict: Verdict) -> None:
+    """Print the answer for a train: the contact of each mesh, and a table of forces and impacts."""
+    by_contact: dict[str, list[str]] = {}
+    for name, found in verdict.meshes.items():
+        by_contact.setdefault(found["contact"], []).append(name)
+    kept = by_contact.pop("permanent", [])
+    parts = [f"{_LOST[contact]} {', '.join(names)}" for contact, names in by_contact.items()]
+    if kept:
+        parts.append("all others keep contact" if parts else "all meshes keep contact")
+    answer = f"{verdict.label}: {'; '.join(parts)}"
+    print(textwrap.fill(answer, PAGE_WIDTH, subsequent_indent="  ", break_on_hyphens=False))
+    model: Any = verdict.model
+    part, unit = ("shaft", "(N m)") if model.train.scales.angular else ("mesh", "(N)")
+    table = plain_table(
+        part, "contact", "front", "back", f"peak {unit}", f"rms {unit}", "impacts/s", "dynamic\nfactor", gap=1)
+    for name, found in verdict.meshes.items():
+        shares = (f"{100 * found[side]:.4g} %" for side in ("front_share", "back_share"))
+        numbers = (found[n] for n in ("force_peak", "force_rms", "impacts_per_second", "dynamic_factor"))
+        table.add_row(name, found["contact"], *shares, *("none" if v is None else measured(v) for v in numbers))
+    print_table(table)
+    if verdict.load_shares:
+        _print_load_shares(verdict)
+
+
+def _print_load_shares(verdict: Verdict) -> None:
+    """Print how meshes share the load of a body, those alike in one row."""
+    print("\nshared loads; Kγ, the mesh load factor of ISO 6336-1, is the largest share over\nan even one")
+    table = plain_table("load of", "Kγ", "share", "mean (N)", "least (N)", "largest (N)", "mesh", gap=1,
+                        left=("load of", "mesh"))
+    for body, load in verdict.load_shares.items():
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for name, share in load.items():
+            forces = (measured(abs(verdict.meshes[name][n])) for n in ("force_mean", "force_least", "force_peak"))
+            alike.setdefault((f"{100 * share:.3g} %", *forces), []).append(name)
+        first = body, f"{len(load) * max(load.values()):.3f}"
+        for numbers, (name, *others) in alike.items():
+            table.add_row(*first, *numbers, name + f" and {len(others)} alike" * bool(others))
+            first = "", ""
+    print_table(table)
