@@ -11,13 +11,14 @@ from gearchaos.cli.errors import warn
 from gearchaos.cli.gears import GearsPath
 from gearchaos.cli.options import Json, Sets, app
 from gearchaos.cli.output import (
+    DPI,
     check_files,
-    draw,
     plain_table,
     print_json,
     print_table,
     print_wrapped,
     save,
+    write_figure,
 )
 from gearchaos.errors import InputError
 
@@ -63,7 +64,14 @@ def modes(
         warn(text)
     dataset = natural_frequencies(found)
     save(dataset, out)
-    draw(dataset, plot)
+    if plot is not None:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        from gearchaos.plot import campbell
+
+        figure: Any = campbell(dataset, speed=limits and limits[1]).figure
+        write_figure(figure, plot, dpi=DPI, bbox_inches="tight")
     if json_out:
         print_json(modes_document(dataset, limits))
     elif limits is None:

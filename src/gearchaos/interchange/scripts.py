@@ -164,8 +164,8 @@ def _ross_script(model: Any) -> str:
             "bodies": mesh.between, "teeth": mesh.teeth, "base_diameters": (2 * ra, 2 * rb),
             "torque_over_force": (-own * ra, own * (rb if mesh.internal else -rb)),
             "stiffness": mean_stiffness(elements[mesh.name]), "damping": mesh.damping})))
-    return _rendered("ross.py.j2", inertias=repr({body.name: body.inertia for body in train.bodies}),
-                     meshes=meshes)
+    return _rendered("ross.py.j2", samples=64 * max(train.cycles.values(), default=1), meshes=meshes,
+                     inertias=repr({body.name: body.inertia for body in train.bodies}))
 
 
 _OF_TRAINS: dict[str, Callable[[Any], str]] = {

@@ -60,7 +60,7 @@ def check_geometry(geometry: Geometry) -> None:
             raise InputError(
                 f"tip_clearance[{wheel}]", "must be greater than 0", shown(clearance),
                 f"The tip of wheel {wheel + 1} touches the root of wheel {2 - wheel}. Shorten the teeth by a negative "
-                "tip_alteration or 'keep clearance', or give a larger centre_distance.")
+                "tip_alteration or 'keep clearance', or give smaller profile shifts or tip diameters.")
         start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
         if not start >= form:  # also if start is not a number
             undercut = geometry.profile_shift[wheel] < (least := geometry.undercut_shift[wheel])

@@ -27,7 +27,7 @@ from gearchaos.studies.core.initial_value_problems import initial_value_problems
 from gearchaos.studies.core.options import Option
 from gearchaos.studies.core.price import announce
 from gearchaos.studies.core.study import PROGRESS, ClassifyingStudy, Results, mesh_coordinate
-from gearchaos.studies.motion.simulate import simulate, steady_sections
+from gearchaos.studies.motion.simulate import SAMPLES, simulate, steady_sections
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 _SECTION_POINTS = 512
 """Number of stroboscopic points reported for a motion without a period."""
 
-_SAMPLES = 64
-"""Instants recorded in each mesh period of a steady motion."""
+_MOST_SWINGS = 16
+"""Most periods of the natural vibration in a mesh cycle that are recorded with as many instants as one cycle has."""
 
 _ORBIT_PERIODS = 8
 """Number of periods of a periodic motion that are recorded."""
@@ -342,7 +342,8 @@ def steady(model: AnyModel, verdict: Verdict) -> xr.Dataset:
     -------
     xarray.Dataset
         As from `simulate`, starting at the last stroboscopic point of the verdict: eight periods of a periodic motion,
-        512 mesh periods of any other.
+        512 mesh periods of any other; of a train fewer, where its period has many mesh cycles. A cycle has 64 samples,
+        or as many for each period of the natural vibration if that is shorter, at most 1024.
 
     Raises
     ------
@@ -362,7 +363,9 @@ def steady(model: AnyModel, verdict: Verdict) -> xr.Dataset:
         raise InputError("verdict", "must be a Verdict, as gearchaos.regime returns", f"a {type(verdict).__name__}")
     if not verdict.section:
         raise InputError("verdict", "must be of a motion that stays bounded", verdict.label)
-    periods = _ORBIT_PERIODS * verdict.period if verdict.period else _OTHER_PERIODS
+    periods = max(1, _ORBIT_PERIODS // model.most_cycles) * verdict.period if verdict.period else max(
+        1, _OTHER_PERIODS // model.most_cycles)
+    swings = math.ceil(min(1 / (model.omega * model.most_cycles), _MOST_SWINGS))  # of the natural vibration in a cycle
     point: dict[str, float] = {name: values[-1] for name, values in verdict.section.items()}
     initial, batch = {name: point[name] for name in model.coordinate_names}, vary(model, {})
     names = coordinates(batch)
@@ -373,4 +376,4 @@ def steady(model: AnyModel, verdict: Verdict) -> xr.Dataset:
         w = np.array([[point[n] for n in names]])
         kept = reset_mean_rotation(batch, names, w, *transmission_error_at_start(batch))
         initial |= {n: float(v[0]) for n, v in kept.items()}
-    return simulate(replace(model, initial=initial), periods, samples=_SAMPLES)
+    return simulate(replace(model, initial=initial), periods, samples=SAMPLES * model.most_cycles * swings)

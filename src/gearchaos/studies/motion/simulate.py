@@ -7,6 +7,7 @@ all periods of a motion are computed in parallel.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import MISSING, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -37,6 +38,11 @@ from gearchaos.studies.core.study import PROGRESS, Results, Study
 
 if TYPE_CHECKING:
     import xarray as xr
+
+SAMPLES = 64
+"""Instants in a mesh cycle that show what happens in it."""
+
+_LEAST_PER_CYCLE = 4
 
 
 @dataclass(frozen=True)
@@ -104,6 +110,10 @@ class Simulate(Study):
         return initial_value_problems(self.model, samples=self.samples or 0)
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
+        cycles = self.model.most_cycles
+        if self.samples and self.samples < _LEAST_PER_CYCLE * cycles:
+            warnings.warn(f"samples: {self.samples} in a period of {cycles} mesh cycles do not show what happens in a "
+                          f"cycle. Take {SAMPLES * cycles}, {SAMPLES} in each.", stacklevel=1)
         flow, w = self._problem.flow, self._problem.w
         transient = flow.advance(w, self.transient) if self.transient else None
         out = flow.advance(transient.w if transient else w, self.periods, sections=self.periods,

@@ -75,7 +75,7 @@ class MeshStudy(WholeStudy):
     @property
     def _samples(self) -> int:
         """Instants in a period: of a train in its fastest mesh cycle as many as are asked for."""
-        return self.samples * max([1, *self.model.cycles.values()])
+        return self.samples * self.model.most_cycles
 
     @property
     def _window(self) -> int:

@@ -26,7 +26,7 @@ from gearchaos.plot.theme import INK, STROBE
 from gearchaos.quantities import quantity
 from gearchaos.studies.operation.factor_context import beside_factors, which_mesh
 
-_HISTORY_SAMPLES = 3000  # largest number of samples drawn
+_HISTORY_SAMPLES = 8192  # largest number of samples drawn
 
 _PERIODS = "time τ/T (mesh periods)"
 
@@ -126,7 +126,7 @@ def times(motion: xr.Dataset) -> tuple[np.ndarray, float]:
     return motion["tau"].values, mesh_period(motion)
 
 
-_PHASE_SAMPLES = 3072  # largest number of samples of the trajectory drawn
+_PHASE_SAMPLES = 8192  # largest number of samples of the trajectory drawn
 _PHASE_POINTS = 96  # largest number of stroboscopic points drawn
 
 
