@@ -315,3 +315,15 @@ def test_stops_of_the_other_side_are_a_parameter():
     assert np.ptp(changed.system.contacts.offset[:, -1, 0, 0]) == pytest.approx(0.002 / model.units.length)
     with pytest.raises(InputError, match="stop_back must be left out without stop"):
         gc.Shaft(between=("a", "b"), stiffness=1.0, stop_back=0.1)
+
+
+@pytest.mark.parametrize(("torque", "twist"), [
+    (3.0, 0.03), (8.0, (8.0 + 2000 * 0.05) / 2100), (-3.0, -0.03), (-8.0, -(8.0 + 2000 * 0.04) / 2100)])
+def test_a_stop_beside_a_spring_carries_at_rest_what_exceeds_its_play(torque, twist):
+    train = gc.Train(
+        speed=1000.0, bodies=[gc.Body(name="motor", inertia=0.1, torque=torque), gc.Body(name="frame", motion=[])],
+        shafts=[gc.Shaft(between=("motor", "frame"), stiffness=100.0, damping=0.05, stop=0.05, stop_back=0.04,
+                         stop_stiffness=2000.0)])
+    model = as_model(train)
+    assert initial_value_problems(model).w[0, 0] * model.units.length == pytest.approx(twist, rel=1e-12)
+    assert gc.regime(train).label == "1T"

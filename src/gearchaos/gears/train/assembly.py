@@ -17,6 +17,7 @@ from gearchaos.model.damping import ALWAYS, CONTACT
 from gearchaos.model.switched import SwitchedAffine
 
 _SAME = 1e-9  # relative difference of instants and errors that coincide
+_ITERATIONS = 20  # in which it is sought which stops act at rest
 _MOST_CONTACTS = 62  # a set of closed contacts is a whole number with a bit for each
 
 
@@ -206,23 +207,36 @@ class Assembly:
         """Mean forces of all contacts and springs under the mean torques, (P, E), negative on a back flank.
 
         Where meshes close a loop, they share the load by their mean stiffnesses and what stands ahead. One that would
-        have to pull carries nothing.
+        have to pull carries nothing. A stop with a spring beside it acts where the twist exceeds its play.
         """
         elements = [*self.found.contacts, *self.found.springs]
         rows = np.array([element.row for element in elements])
         k = np.stack([self.stiffness(element) for element in elements], axis=1)
         torques, pushes = self._of(self.found.torques(self.value)), np.array([element.contact for element in elements])
 
+        beside = np.array([self.found.spring_beside(element) is not None for element in elements])
+        front, back = (np.stack([self.half_play(each, side) if stop else np.zeros(self.points) for each, stop in zip(
+            elements, beside, strict=True)], axis=1) for side in (1.0, -1.0))
+        side = np.zeros(k.shape)  # of the stops that act
+
         def forces(k: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-            total = np.einsum("en,pe,em->pnm", rows, k, rows)
-            inverse = np.linalg.pinv(total, rcond=1e-12, hermitian=True)
-            q = np.einsum("pnm,pm->pn", inverse, torques - (k * ahead) @ rows)
-            return k * (q @ rows.T + ahead)
+            nonlocal side
+            for _ in range(_ITERATIONS):
+                acts = np.where(beside & (side == 0), 0.0, k)
+                gap = ahead - np.where(side > 0, front, -back * (side < 0))
+                total = np.einsum("en,pe,em->pnm", rows, acts, rows)
+                inverse = np.linalg.pinv(total, rcond=1e-12, hermitian=True)
+                q = np.einsum("pnm,pm->pn", inverse, torques - (acts * gap) @ rows)
+                found, twist = acts * (q @ rows.T + gap), q @ rows.T
+                before, side = side, np.where(beside, 1.0 * (twist > front) - (twist < -back), 0.0)
+                if np.array_equal(side, before):
+                    break
+            return found
 
         found = forces(k, np.zeros(len(elements)))
         if (ahead := np.array([element.ahead for element in elements])).any():
             flank = np.sign(found)
-            while (pulls := pushes & ((found := forces(k, ahead)) * flank < 0)).any():
+            while (pulls := pushes & ~beside & ((found := forces(k, ahead)) * flank < 0)).any():
                 k = np.where(pulls, 0.0, k)
         return found
 
@@ -237,8 +251,11 @@ class Assembly:
         """The states (P, d) without speed, with the deflections under the mean torques at the phase 0."""
         w, elements = np.zeros((self.points, len(self.found.names))), [*self.found.contacts, *self.found.springs]
         for i, element in zip(self.at, self.found.chosen, strict=True):
-            force = self.static[:, elements.index(element)]
-            if element.contact:
+            spring = self.found.spring_beside(element)
+            force = self.static[:, elements.index(spring or element)]
+            if spring is not None:
+                w[:, i] = force / self.stiffness(spring)
+            elif element.contact:
                 part, side, mean = self._over_period(element), np.where(force < 0, -1.0, 1.0), mean_stiffness(element)
                 first = np.array([part.stiffness[0][part.sides == s, 0].sum() for s in (1, -1)])
                 first = np.where(first > 0, first, mean)  # where the first teeth are missing

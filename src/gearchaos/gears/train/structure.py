@@ -85,8 +85,11 @@ class Structure:
     @property
     def linear(self) -> list[Element]:
         """The elements while all meshes are in contact; stops act where a shaft has no spring beside them."""
-        sprung = {element.name for element in self.springs}
-        return [each for each in self.contacts if not (each.stops and each.name in sprung)] + self.springs
+        return [each for each in self.contacts if self.spring_beside(each) is None] + self.springs
+
+    def spring_beside(self, element: Element) -> Element | None:
+        """The spring of the shaft of which an element is a stop; None of all others."""
+        return next((each for each in self.springs if element.stops and each.name == element.name), None)
 
     def _own_axes(self, body: Body) -> tuple[str, ...]:
         """The axes along which the centre of a body moves by itself."""

@@ -111,7 +111,7 @@ class Simulate(Study):
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         cycles = self.model.most_cycles
-        if self.samples and self.samples < _LEAST_PER_CYCLE * cycles:
+        if cycles > 1 and self.samples and self.samples < _LEAST_PER_CYCLE * cycles:
             warnings.warn(f"samples: {self.samples} in a period of {cycles} mesh cycles do not show what happens in a "
                           f"cycle. Take {SAMPLES * cycles}, {SAMPLES} in each.", stacklevel=1)
         flow, w = self._problem.flow, self._problem.w

@@ -56,14 +56,12 @@ def _add_leap(dims, points, p, tables, place, step, leap, work):
     d, closed = len(dims), tables.leap_closed[place, leap]
     if tables.entries[place] + LEAP > tables.step.shape[1]:
         forget_sets(tables, place)
-    part = tables.linear[place, find_set(dims, points, p, tables, place, step, closed, work)]
-    if tables.leap_made[place, part] < 0:
-        _make_leap_part(dims, points, tables, place, part, work.power, work.after)
     clear, first, states = tables.leap_clear[place, leap], tables.leap_first[place, leap], work.states
     for i in range(d):
         states[0, i], states[1, i] = points.rest[p, i], 0.0
     for k in range(LEAP):
         entry = find_set(dims, points, p, tables, place, step + k, closed, work)
+        part = tables.linear[place, entry]
         for m in range(len(points.row)):
             bend = bend_bound(dims, tables.outputs[place, part, m], tables.shift_outputs[place, entry, m], states[0],
                               1.0, work.shifted)
@@ -81,6 +79,8 @@ def _add_leap(dims, points, p, tables, place, step, leap, work):
             clear[m, 0, k] = dot(dims, points.row[m], states[1])
     for i in range(d):
         tables.leap_shift[place, leap, i] = states[1, i]
+    if tables.leap_made[place, part] < 0:
+        _make_leap_part(dims, points, tables, place, part, work.power, work.after)
     tables.leap_part[place, leap] = part
 
 
