@@ -239,6 +239,7 @@ def test_a_speed_is_that_of_one_body_that_turns(speed, words):
     ({"profile_shift": None, "centre_distance": "93 mm"}, "profile_shift", "must be given with this centre distance"),
     ({"centre_distance": "80 mm"}, "centre_distance", "the sum of the base radii"),
     ({"position_errors": ["5 um", 0]}, "position_errors", "must be 1, one for each planet"),
+    ({"position_errors": ["1 m"]}, "position_errors", "must be at most a tenth of the module"),
     ({"design": DESIGN}, "module", "must be left out beside design"),
     ({"design": DESIGN, "teeth": (20, 36, 92), "module": None, "helix_angle": None, "profile_shift": None}, "teeth",
      "must begin with [27, 36], those of the design"),

@@ -149,6 +149,10 @@ class PlanetarySet(Record):
         if len(self.position_errors or ()) not in (0, self.count):
             raise InputError("position_errors", f"must be {self.count}, one for each planet", len(self.position_errors))
         self._check_dimensions()
+        largest = max(map(abs, self.position_errors or ()), default=0.0)
+        if largest > 0.1 * self.geometry.normal_module:  # flanks would be moved by more than any backlash
+            raise InputError("position_errors", "must be at most a tenth of the module", f"{1e3 * largest:.4g} mm",
+                             "They are by how much pins are off their places, some hundredths of a millimetre.")
         sun, _, ring = self.teeth
         if (sun + ring) % self.count == 0 and self._gap(self.count) > 0:
             return
