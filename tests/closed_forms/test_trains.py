@@ -327,3 +327,14 @@ def test_a_stop_beside_a_spring_carries_at_rest_what_exceeds_its_play(torque, tw
     model = as_model(train)
     assert initial_value_problems(model).w[0, 0] * model.units.length == pytest.approx(twist, rel=1e-12)
     assert gc.regime(train).label == "1T"
+
+
+def test_a_stop_that_is_open_under_the_load_is_no_loss_of_contact():
+    shaft = gc.Shaft(between=("wheel", "load"), stiffness=1e4, damping=5.0, stop=0.05, stop_stiffness=1e5)
+    train = gc.Train(
+        speed=3000.0, shafts=[shaft], meshes=[mesh("motor", "wheel", 24, 36, stiffness="3e8 N/m", error_amplitudes=[])],
+        bodies=[gc.Body(name="motor", inertia=1e-3, torque=40.0), gc.Body(name="wheel", inertia=2e-3),
+                gc.Body(name="load", inertia=2e-2, torque=-60.0)])
+    verdict = gc.regime(train)
+    assert [each["contact"] for each in verdict.meshes.values()] == ["permanent", "none"]
+    assert verdict.contact == "permanent"

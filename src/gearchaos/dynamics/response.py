@@ -229,11 +229,12 @@ def compute_response(
         mesh_impacts=m[Measure.SWITCHES] / 2 / time, mesh_impulse=m[Measure.CONTACT_FORCE] / time,
         mesh_dynamic_factor=factor)
     first = m[:, :, 0]
+    unused = (contact == 3) & (static_force == 0) & static_force.any(axis=1, keepdims=True)  # e.g. a stop that is open
     offset = first[Measure.Z] / duration  # of the mean of z from the reference
     return Response(
         v_rms=np.sqrt(first[Measure.VELOCITY_SQUARE] / duration),
         contact_fraction=share.min(axis=1),
-        contact=contact.max(axis=1),
+        contact=np.where(unused, 0, contact).max(axis=1),
         dynamic_factor=np.fmax.reduce(factor, axis=1),
         z_rms=np.sqrt(np.maximum(first[Measure.Z_SQUARE] / duration - offset**2, 0.0)),
         z_peak_to_peak=first[Measure.Z_MAX] - first[Measure.Z_MIN],
