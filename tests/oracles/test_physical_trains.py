@@ -82,6 +82,17 @@ def test_leaps_in_contact_lead_where_their_steps_do():
     assert made > 20 and 100 < np.count_nonzero(changes) < 700
 
 
+@pytest.mark.parametrize("room", [1, 2])
+def test_leaps_are_exact_where_their_linear_parts_are_forgotten(monkeypatch, room):
+    monkeypatch.setattr("gearchaos.flow.contact_tables._SETS", room)
+    problem = initial_value_problems(as_model(gearbox(900.0)))
+    w = problem.w + np.random.default_rng(3).normal(size=(len(problem.w), 60)) * np.linspace(0.0, 0.5, 60)
+    leaping, stepping = (problem.flow.advance(w, 3, points=np.zeros(60, int), measured=m) for m in (False, True))
+    assert np.abs(leaping.w - stepping.w).max() < 1e-12 * np.abs(stepping.w).max()
+    made, parts = problem.flow._tables.leap_part[0], problem.flow._tables.parts[0]
+    assert made.max() < parts
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_motions_from_the_linear_basin_of_an_orbit_come_to_it_and_change_no_contact(seed):
     problem = initial_value_problems(as_model(gearbox(900.0)))

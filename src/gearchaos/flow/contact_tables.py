@@ -63,7 +63,8 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
         contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), sides, edges,
         stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
-        np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system), _rest(system),
+        np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system),
+        _rest(system) if d > MOST_UNROLLED else np.zeros_like(system.f0),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
     steps = counts.sum(axis=1)
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps

@@ -311,14 +311,16 @@ def add_set(dims, points, p, tables, place, step, closed, work):
     that begins on a reference displacement, the third number, at rest: the fourth; ``bends`` are, for each coordinate,
     that for a difference of 1 from there.
     """
-    if tables.entries[place] == tables.step.shape[1] or tables.parts[place] == tables.part_closed.shape[1]:
+    part = _find(tables.part_first[place, tables.piece[place, step]], tables.part_chain[place],
+                 tables.part_closed[place], closed)
+    full = part < 0 and tables.parts[place] == tables.part_closed.shape[1]
+    if full or tables.entries[place] == tables.step.shape[1]:
         forget_sets(tables, place)
+        part = -1
     entry = tables.entries[place]
     tables.entries[place] = entry + 1
     tables.step[place, entry], tables.closed[place, entry], tables.follows[place, entry] = step, closed, -1
     tables.chain[place, entry], tables.first[place, step] = tables.first[place, step], entry
-    part = _find(tables.part_first[place, tables.piece[place, step]], tables.part_chain[place],
-                 tables.part_closed[place], closed)
     if part < 0:
         part = _add_part(dims, points, p, tables, place, step, closed, work)
     tables.linear[place, entry] = part
