@@ -139,3 +139,15 @@ def test_parts_of_a_map_refined_in_step_are_as_each_by_itself():
 def test_a_refinement_that_is_no_power_of_two_is_refused(refine):
     with pytest.raises(gc.InputError, match="refine must be a"):
         gc.zones(gc.MeshModel.of(), gc.Axis("omega", 0.4, 1.2, 4), gc.Axis("eps1", 0.0, 0.2, 4), refine=refine)
+
+
+@pytest.mark.parametrize(("most", "threads", "expected"), [
+    (1, 2, [(0, 3), (3, 5), (5, 9), (9, 10)]), (2, 2, [(0, 5), (5, 10)]), (9, 2, [(0, 5), (5, 10)]),
+    (9, 1, [(0, 10)]), (1, 8, [(0, 3), (3, 5), (5, 9), (9, 10)])])
+def test_tiles_have_whole_points_at_most_so_many_and_enough_for_all_threads(most, threads, expected):
+    points = np.repeat([4, 5, 7, 9], [3, 2, 4, 1])
+    found = tiles.split_points(points, most, threads=threads)
+    assert [(each.start, each.stop) for each in found] == expected
+    assert tiles.split_points(points[:0], most, threads=threads) == []
+    small = [each.stop - each.start for each in tiles.split_points(points, most, 2, threads)]
+    assert max(small) == 2 and sum(small) == 10

@@ -1,5 +1,6 @@
 """Gear trains in closed form, and as pairs that they are."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -338,3 +339,16 @@ def test_a_stop_that_is_open_under_the_load_is_no_loss_of_contact():
     verdict = gc.regime(train)
     assert [each["contact"] for each in verdict.meshes.values()] == ["permanent", "none"]
     assert verdict.contact == "permanent"
+
+
+def test_steady_motions_are_sampled_in_every_mesh_cycle_and_fewer_samples_are_warned_of():
+    """With 23 and 46 teeth of which one is weak, the motion repeats after 23 cycles."""
+    train = gc.Train(
+        speed=3000.0,
+        bodies=[gc.Body(name="a", inertia=2e-4, torque=30.0), gc.Body(name="b", inertia=3e-4, torque=-60.0)],
+        meshes=[mesh("a", "b", 23, 46, contact_ratio=1.6, faults=[{"wheel": 1, "tooth": 5, "stiffness_loss": 0.3}])])
+    motion, swings = gc.steady(train, gc.regime(train)), math.ceil(1 / (as_model(train).omega * 23))
+    assert motion.sizes["tau"] == 64 * 23 * swings and motion.sizes["period"] == 1
+    with pytest.warns(UserWarning, match="64 in a period of 23 mesh cycles do not show .* Take 1472,"):
+        gc.simulate(train, 1, samples=64)
+    gc.simulate(train, 1, samples=4 * 23)

@@ -160,7 +160,9 @@ def test_the_script_for_opentorsion_has_the_linear_train(shape, monkeypatch):
 def test_the_script_for_ross_balances_the_mean_torques_by_the_forces(tmp_path):
     train, file = gc.open(EXAMPLES / "train_two_stage.toml"), tmp_path / "motion.csv"
     names = {"__name__": "script"}
-    exec(gc.script(train, "ross"), names)
+    script = gc.script(train, "ross")
+    exec(script, names)
+    assert f"--samples {64 * max(train.cycles.values())} " in script
     motion = gc.physical(gc.simulate(train, 2, 200, 2048))
     gc.save(motion, file)
     times, forces = names["read_forces"](tmp_path / "motion_tau_mesh.csv")

@@ -14,6 +14,7 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.operation.operating import AnyModel, OperatingModel, as_model
 from gearchaos.gears.train.structure import mean_stiffness, structure
 from gearchaos.model import COORDINATES, SCALARS, Stiffness, has_effect, vary
+from gearchaos.model.base import SAMPLES
 from gearchaos.model.coordinates import initial_state, initial_values, transmission_error_at_start
 from gearchaos.model.switched import switched_system
 from gearchaos.quantities import quantity
@@ -164,7 +165,7 @@ def _ross_script(model: Any) -> str:
             "bodies": mesh.between, "teeth": mesh.teeth, "base_diameters": (2 * ra, 2 * rb),
             "torque_over_force": (-own * ra, own * (rb if mesh.internal else -rb)),
             "stiffness": mean_stiffness(elements[mesh.name]), "damping": mesh.damping})))
-    return _rendered("ross.py.j2", samples=64 * max(train.cycles.values(), default=1), meshes=meshes,
+    return _rendered("ross.py.j2", samples=SAMPLES * model.most_cycles, meshes=meshes,
                      inertias=repr({body.name: body.inertia for body in train.bodies}))
 
 

@@ -8,6 +8,9 @@ from typing import Any, ClassVar
 
 from gearchaos.display import HasCard
 
+SAMPLES = 64
+"""Instants in a mesh cycle that show what happens in it."""
+
 
 class GearModel(HasCard):
     """What studies take: by default one pair of gears, whose mesh needs no name."""

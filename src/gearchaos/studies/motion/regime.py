@@ -19,6 +19,7 @@ from gearchaos.dynamics.verdicts import label_and_period
 from gearchaos.errors import InputError
 from gearchaos.gears.operation.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, vary
+from gearchaos.model.base import SAMPLES
 from gearchaos.model.coordinates import reset_mean_rotation, rotation_drifts, transmission_error_at_start
 from gearchaos.model.switched import coordinates
 from gearchaos.studies.core.cost import Cost
@@ -27,7 +28,7 @@ from gearchaos.studies.core.initial_value_problems import initial_value_problems
 from gearchaos.studies.core.options import Option
 from gearchaos.studies.core.price import announce
 from gearchaos.studies.core.study import PROGRESS, ClassifyingStudy, Results, mesh_coordinate
-from gearchaos.studies.motion.simulate import SAMPLES, simulate, steady_sections
+from gearchaos.studies.motion.simulate import simulate, steady_sections
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,8 +36,9 @@ if TYPE_CHECKING:
 _SECTION_POINTS = 512
 """Number of stroboscopic points reported for a motion without a period."""
 
-_MOST_SWINGS = 16
-"""Most periods of the natural vibration in a mesh cycle that are recorded with as many instants as one cycle has."""
+_MOST_SWINGS, _MOST_SAMPLES = 16, 1 << 16
+"""Most periods of the natural vibration in a mesh cycle that are recorded with as many instants as one cycle has, and
+most instants in a period."""
 
 _ORBIT_PERIODS = 8
 """Number of periods of a periodic motion that are recorded."""
@@ -343,7 +345,7 @@ def steady(model: AnyModel, verdict: Verdict) -> xr.Dataset:
     xarray.Dataset
         As from `simulate`, starting at the last stroboscopic point of the verdict: eight periods of a periodic motion,
         512 mesh periods of any other; of a train fewer, where its period has many mesh cycles. A cycle has 64 samples,
-        or as many for each period of the natural vibration if that is shorter, at most 1024.
+        or as many for each period of the natural vibration if that is shorter, at most 1024; a period at most 65,536.
 
     Raises
     ------
@@ -376,4 +378,5 @@ def steady(model: AnyModel, verdict: Verdict) -> xr.Dataset:
         w = np.array([[point[n] for n in names]])
         kept = reset_mean_rotation(batch, names, w, *transmission_error_at_start(batch))
         initial |= {n: float(v[0]) for n, v in kept.items()}
-    return simulate(replace(model, initial=initial), periods, samples=SAMPLES * model.most_cycles * swings)
+    samples = min(SAMPLES * model.most_cycles * swings, _MOST_SAMPLES)
+    return simulate(replace(model, initial=initial), periods, samples=samples)

@@ -19,6 +19,7 @@ from gearchaos.dynamics import Verdicts
 from gearchaos.execute.machine import check_memory
 from gearchaos.flow import CHATTER, DIVERGED, DIVERGED_AT, OK, ExactFlow, Measure
 from gearchaos.model import Batch, backlash, transmission_error
+from gearchaos.model.base import SAMPLES
 from gearchaos.model.contacts import MeshContacts
 from gearchaos.model.coordinates import (
     bearings_differ,
@@ -38,9 +39,6 @@ from gearchaos.studies.core.study import PROGRESS, Results, Study
 
 if TYPE_CHECKING:
     import xarray as xr
-
-SAMPLES = 64
-"""Instants in a mesh cycle that show what happens in it."""
 
 _LEAST_PER_CYCLE = 4
 

@@ -14,6 +14,7 @@ from gearchaos.studies.core.initial_value_problems import Motions
 
 _RUNS = (2, 2, 4, 8, 16, 32)  # mesh periods of the runs after which motions are compared with the orbits
 LONGEST = sum(_RUNS)
+_WORST = 1e10  # condition of the modes of an orbit with which differences from it are told by them
 _MANY_STEPS = 1000  # of a period, in which a motion may come so near that another comparison half way pays
 LONGEST_ORBIT = 32  # mesh periods: a motion is compared with each stroboscopic point of each orbit
 _REACHED = 1e-3  # largest distance from a point of a stable orbit, in half backlashes, at which it is reached
@@ -53,7 +54,9 @@ class LinearBasin:
         real, upper = modes[:, values.imag == 0].real, modes[:, values.imag > 0]
         modes = np.hstack([real, upper.real, upper.imag])
         shares = flow.contact_shares(orbit.w, modes.T, point)
-        return None if shares is None or np.abs(values).max() >= 1 else cls(orbit.w, modes, real.shape[1], shares)
+        if shares is None or np.abs(values).max() >= 1 or np.linalg.cond(modes) > _WORST:
+            return None
+        return cls(orbit.w, modes, real.shape[1], shares)
 
     def has(self, w: np.ndarray) -> np.ndarray:
         """Whether states w (d, L) surely are in it, (L,)."""
@@ -83,7 +86,7 @@ def reach(motions: Motions, known: Sequence[Sequence[Orbit]]) -> np.ndarray:
     basins = [(a, i, basin) for a, i, each in zip(at, number, orbits, strict=True)
               if flow.leaps_in_contact and each.period == 1 and (basin := LinearBasin.of(flow, each, a))]
     going = np.arange(len(points))
-    halves = 2 if flow.points_kept and flow.step_count.max() > _MANY_STEPS else 1
+    halves = 2 if flow.step_count.max() > _MANY_STEPS else 1
     for periods in (run // halves for run in _RUNS for _ in range(halves)):
         run = flow.advance(w[:, going], periods, points=points[going])
         bounded = run.status == OK
