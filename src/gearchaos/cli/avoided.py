@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearchaos import catalogue
+from gearchaos.cli.errors import PAGE_WIDTH
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.errors import InputError
 
@@ -36,8 +37,6 @@ Wide = Annotated[bool, typer.Option("--wide", help="Also begin with more energy 
 
 REVERSED = "1"
 """The change of the load unless another is given."""
-
-WIDTH = 80
 
 
 def criteria(
@@ -82,7 +81,7 @@ def say_lines(*texts: str) -> None:
     """Print texts in lines of 80 columns."""
     for text in texts:
         whole = re.sub("(?<=[≤≥]) | (?=%|rpm)", "\N{NO-BREAK SPACE}", text)
-        print(textwrap.fill(whole, WIDTH, subsequent_indent="  ", break_on_hyphens=False).replace(
+        print(textwrap.fill(whole, PAGE_WIDTH, subsequent_indent="  ", break_on_hyphens=False).replace(
             "\N{NO-BREAK SPACE}", " "))
 
 

@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from gearchaos.cli.avoided import print_avoided, say_lines
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import PAGE_WIDTH, say
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.gears.io.units import measured
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from gearchaos.datasheet.answer import DesignAnswer
 
-_WIDTH = 80
 _MOST_WARNINGS, _SHOWN_SPEEDS = 3, 8
 """Warnings that are shown in an answer; speeds for which dynamic factors by the standards are printed."""
 
@@ -48,7 +47,7 @@ def print_answers(answers: Sequence[DesignAnswer], every: bool, warn: bool) -> N
 
 def _wrapped(text: str, indent: int = 0, most: int | None = None) -> list[str]:
     """A text as lines, at most so many, all but the first with an indent."""
-    return textwrap.wrap(text, _WIDTH, subsequent_indent=" " * indent, break_on_hyphens=False, max_lines=most,
+    return textwrap.wrap(text, PAGE_WIDTH, subsequent_indent=" " * indent, break_on_hyphens=False, max_lines=most,
                          placeholder=" … (--all)")
 
 
@@ -74,7 +73,7 @@ def print_datasheets(answers: Sequence[DesignAnswer]) -> None:
                 text = "–" if e.value is None else ", ".join(f"{v:.6g}" for v in values) or "none"
                 print(*_wrapped(f"  {name:<32}{e.symbol:<13}{text} {e.unit}".rstrip(), 47), sep="\n")
                 reason = e.reason if e.expected else e.formula
-                print(*(f"      {line}" for line in textwrap.wrap(f"{reason} [{e.source}]", _WIDTH - 6)), sep="\n")
+                print(*(f"      {line}" for line in textwrap.wrap(f"{reason} [{e.source}]", PAGE_WIDTH - 6)), sep="\n")
         if absent:
             print("\nNot computed")
         for reason, names in absent:

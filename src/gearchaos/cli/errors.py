@@ -22,6 +22,9 @@ from gearchaos.errors import DesignWarning, InputError
 BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 143
 """Exit codes; those of signals are as shells give them."""
 
+PAGE_WIDTH = 80
+"""Longest line of an answer or a message, in characters."""
+
 
 class Terminated(KeyboardInterrupt):
     """SIGTERM, by which schedulers end a job; a command ends as after Ctrl-C."""
@@ -95,5 +98,5 @@ def say(message: str) -> None:
 
 
 def warn(text: str) -> None:
-    """Print a warning on stderr, in lines of 80 columns."""
-    say(textwrap.fill(f"warning: {text}", 80, subsequent_indent="  ", break_on_hyphens=False))
+    """Print a warning on stderr, in lines of `PAGE_WIDTH`."""
+    say(textwrap.fill(f"warning: {text}", PAGE_WIDTH, subsequent_indent="  ", break_on_hyphens=False))

@@ -13,7 +13,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.cli.errors import say
+from gearchaos.cli.errors import PAGE_WIDTH, say
 from gearchaos.errors import InputError
 from gearchaos.files import check_target, strict_json, write_bytes
 from gearchaos.formats import format_of
@@ -33,7 +33,7 @@ PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 DPI = 150
 """Resolution of pictures in dots per inch."""
 
-FILE_WIDTH, PAGE_WIDTH = 160, 80
+FILE_WIDTH = 160
 """Widths in characters where stdout is not a terminal: of a table with rules, and of one without."""
 
 SHOWN_ROWS = 20

@@ -11,9 +11,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gearchaos.cli.errors import PAGE_WIDTH
 from gearchaos.cli.options import in_units
 from gearchaos.cli.output import (
-    PAGE_WIDTH,
     SHOWN_ROWS,
     draw,
     plain_table,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from gearchaos.cli.output import PAGE_WIDTH, plain_table, print_table
+from gearchaos.cli.errors import PAGE_WIDTH
+from gearchaos.cli.output import plain_table, print_table
 from gearchaos.gears.io.units import measured
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ import gearchaos as gc
 from gearchaos.cli.modes import print_modes
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import operating_axes
+from gearchaos.plot import campbell
 from gearchaos.studies.maps.bifurcation import Bifurcation
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
@@ -130,6 +131,14 @@ def test_what_takes_no_train_says_so(command, field):
 def test_torques_that_no_longer_balance_are_refused():
     assert "-30 N m would balance them" in refused("regime", IDLER, "--set", "pump.torque=-29")
     assert ask("simulate", IDLER, "--set", "torque=10", "--periods", 1).exit_code == 0
+
+
+def test_the_campbell_diagram_has_the_speeds_that_are_asked_for(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("gearchaos.plot.campbell", lambda *args, **options: drawn.append(options) or campbell(
+        *args, **options))
+    ask("modes", EXAMPLES / "train_two_stage.toml", "--speed", "500:4000", "--plot", tmp_path / "c.png", code=0)
+    assert drawn == [{"speed": 4000.0}] and (tmp_path / "c.png").stat().st_size > 10_000
 
 
 def test_modes_are_said_with_the_speeds_that_meet_them(tmp_path):

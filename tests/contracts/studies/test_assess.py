@@ -196,7 +196,14 @@ def test_many_ranges_are_gathered_in_a_sentence(found):
     def named(*ranges):
         return decision(of_windows(found, *ranges))[0].partition(" avoid ")[2].partition(":")[0]
 
-    assert named(*wide[:2]) == "500 to 515 rpm"
+    def met(start, stop):
+        return named(replace(wide[0], history=(start, stop)))
+
+    assert met(500.0, 505.0) == "500 to 510 (to 505 by history) rpm"
+    assert met(504.0, 510.0) == "500 to 510 (from 504 by history) rpm"
+    assert met(502.0, 505.0) == "500 to 510 (502 to 505 by history) rpm"
+    assert met(500.0, 510.0) == "500 to 510 (by history) rpm"
+    assert named(*wide[:2]) == named(replace(wide[0], history=(500.0, 505.0)), wide[1]) == "500 to 515 rpm"
     assert named(*wide, narrow) == "530 to 550, 560 to 580, 590 to 610 and 620 to 640 rpm and 3 narrower ranges"
     assert named(narrow) == "1 narrow range" and named(*wide[:1], narrow) == "500 to 510 rpm and 1 narrower range"
 
