@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq, minimize_scalar
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
 from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.errors import InputError
+from gearchaos.flow import Measure
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
 from gearchaos.studies.operation.quasi_static import quasi_static_ratio
@@ -29,13 +31,21 @@ def deflections(train: gc.Train, periods: int = 6) -> np.ndarray:
     return gc.simulate(train, periods).section_deflection.values * as_model(train).units.length
 
 
-@pytest.mark.parametrize("law", ["always", "contact"])
-def test_one_mesh_is_a_gear_pair(law):
-    pair = gc.GearPair(n1=24, n2=36, I1=1e-3, I2=2e-3, R1=0.024, R2=0.036, c0=2.6e8, k=600.0, backlash=1e-4, M10=40.0,
-                       speed=6000.0, stiffness_levels=[3e8, 2e8], stiffness_starts=[0.0, 0.6],
+def pair_and_train(law: str, k: float = 600.0, levels: tuple[float, float] = (3e8, 2e8)) -> tuple[Any, Any]:
+    """One mesh as a gear pair and as a train."""
+    stiffness = {"levels": levels, "starts": [0.0, 0.6]}
+    pair = gc.GearPair(n1=24, n2=36, I1=1e-3, I2=2e-3, R1=0.024, R2=0.036, c0=0.6 * levels[0] + 0.4 * levels[1], k=k,
+                       backlash=1e-4, M10=40.0, speed=6000.0, stiffness_levels=levels, stiffness_starts=[0.0, 0.6],
                        error_amplitudes=[5e-6], damping_law=law)
-    train = gc.Train(speed=6000.0, damping_law=law, meshes=[mesh("a", "b", 24, 36)], bodies=[
-        gc.Body(name="a", inertia=1e-3, torque=40.0), gc.Body(name="b", inertia=2e-3, torque=-60.0)])
+    train = gc.Train(speed=6000.0, damping_law=law, meshes=[mesh("a", "b", 24, 36, damping=k, stiffness=stiffness)],
+                     bodies=[gc.Body(name="a", inertia=1e-3, torque=40.0),
+                             gc.Body(name="b", inertia=2e-3, torque=-60.0)])
+    return pair, train
+
+
+@pytest.mark.parametrize("law", ["always", "contact", "unilateral"])
+def test_one_mesh_is_a_gear_pair(law):
+    pair, train = pair_and_train(law)
     model = as_model(train)
     start = {"z": 1.4, "z_dot": 0.2}
     single, whole = (replace(each, initial=start) for each in (as_model(pair).with_values({"kind": "single"}), model))
@@ -49,6 +59,15 @@ def test_one_mesh_is_a_gear_pair(law):
     assert (found.label, found.contact) == (expected.label, "one-sided") and expected.contact == "one-sided"
     assert found.dynamic_factor == pytest.approx(expected.dynamic_factor, rel=1e-10)
     assert found.meshes["a/b"]["force_peak"] == pytest.approx(expected.mesh_force_peak * pair.scales.force, rel=1e-10)
+
+
+def test_a_flank_that_is_released_pushes_again_where_its_stiffness_jumps():
+    """Motions of a grid of states, in the kernels of one spring and in those of several contacts."""
+    pair, train = pair_and_train("unilateral", 3000.0, (1e8, 9e8))
+    w = np.stack(np.meshgrid(np.linspace(0.8, 2.5, 40), np.linspace(-1.5, 0.5, 40))).reshape(2, -1)
+    one, other = (initial_value_problems(model).flow.advance(w, 1, points=np.zeros(w.shape[1], int)).w
+                  for model in (as_model(pair).with_values({"kind": "single"}), as_model(train)))
+    assert np.abs(one - other).max() < 1e-11
 
 
 def test_two_loose_wheels_on_one_driver_are_each_a_pair_of_their_own():
@@ -145,6 +164,33 @@ def test_a_body_that_rattles_between_stops_loses_half_a_damped_cycle_at_each():
     lowest = int(np.argmin(found))
     assert found[lowest] == pytest.approx(-turning[0], rel=1e-5)  # -1.3108 rad
     assert found[lowest:].max() == pytest.approx(turning[1], rel=1e-5)
+
+
+@pytest.mark.parametrize(("law", "pull"), [("contact", True), ("unilateral", False)])
+def test_a_body_between_stops_turns_back_where_it_is_known_to(law, pull):
+    """Inertia, stiffness, damping and play of an example of the Modelica Standard Library, in closed form, and where it
+    turns back with a Kelvin–Voigt element that is cut off where it would pull."""
+    J, k, c, play, start = 5.0, 2e4, 50.0, math.pi / 4, math.pi / 2
+    train = gc.Train(speed=30.0, damping_law=law, bodies=[
+        gc.Body(name="frame", motion=[]), gc.Body(name="J", inertia=J)],
+                     shafts=[gc.Shaft(between=("frame", "J"), stop=play / 2, stop_stiffness=k, stop_damping=c)])
+    problem = initial_value_problems(replace(as_model(train), initial={"z": start / (play / 2)}))
+    run = problem.flow.advance(problem.w, 1, measured=True)
+    delta, omega = c / (2 * J), math.sqrt(k / J - (c / (2 * J)) ** 2)
+
+    def state(x: float, v: float, t: float) -> tuple[float, float]:
+        b = (v + delta * x) / omega
+        x, b = (math.exp(-delta * t) * each for each in (
+            x * math.cos(omega * t) + b * math.sin(omega * t), b * math.cos(omega * t) - x * math.sin(omega * t)))
+        return x, omega * b - delta * x
+
+    begun = start - play / 2
+    ends = brentq(lambda t: state(begun, 0.0, t)[0] if pull else np.dot((k, c), state(begun, 0.0, t)), 0.01, 0.04)
+    _, speed = state(begun, 0.0, ends)
+    furthest = -minimize_scalar(lambda t: state(0.0, speed, t)[0], (0.0, 0.02, 0.03)).fun
+    assert run.measures[Measure.Z_MIN, 0] * play / 2 == pytest.approx(-play / 2 - furthest, rel=1e-9)
+    if not pull:
+        assert -play / 2 - furthest == pytest.approx(-1.322587, abs=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore:The mode of .* is hardly damped")

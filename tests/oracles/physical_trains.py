@@ -3,8 +3,8 @@
 Angles θ of the free bodies, deviations from the steady rotation, are all positive in the sense of the first body; x and
 y are displacements of the centres that are supported. Forces are those of virtual work, Q = −F ∂s/∂q, with
 s = r_a φ_a − r_b φ_b − e(t), φ in each wheel's own sense of rotation, seen from the carrier where there is one. Every
-contact is watched for the zeros of its gap; the integration is begun anew there, and where a stiffness or a gap changes
-its form.
+contact is watched for the zeros of its gap, and with the law unilateral of its force; the integration is begun anew
+there, and where a stiffness or a gap changes its form.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ class Contacts(Spring):
     phase: float = 0.0  # share of a cycle at t = 0
     always: bool = False
     error: Any = None
+    releases: bool = False
 
 
 @dataclass
@@ -112,7 +113,8 @@ class Oracle:
                 def stop(*_: float, k: float = shaft.stop_stiffness, gap: float = shaft.stop) -> tuple[float, float]:
                     return k, gap
                 self.contacts.append(Contacts(shaft.name, row, prescribed, c=shaft.stop_damping,
-                                              flanks=[(1, stop), (-1, stop)]))
+                                              flanks=[(1, stop), (-1, stop)],
+                                              releases=train.damping_law == "unilateral"))
         for body in train.bodies:
             if held := body.support or body.pin:
                 moved = self.centre(body) - (self._place(body) if body.pin else 0.0)
@@ -176,7 +178,8 @@ class Oracle:
         flanks, marks = _tooth_pairs(mesh) if mesh.tooth_pairs is not None else _one_spring(mesh)
         law = mesh.damping_law or self.train.damping_law
         return Contacts(mesh.name, row, prescribed, c=mesh.damping, flanks=flanks, marks=marks, order=order,
-                        phase=mesh.phase / (2 * np.pi), always=law == "always", error=error)
+                        phase=mesh.phase / (2 * np.pi), always=law == "always", error=error,
+                        releases=law == "unilateral")
 
     def _pressed(self, mesh: Any, a: Any, b: Any, planet: Any, turn: float) -> np.ndarray:
         """The direction of the force of the first wheel on the second one on front flanks."""
@@ -257,6 +260,8 @@ class _Piece:
         self.mesh = np.array([m for m, *_ in self.flanks])
         self.side = np.array([side for _, _, side, _ in self.flanks], float)
         self.rows = np.array([c.row for _, c, _, _ in self.flanks])
+        self.c = np.array([c.c for _, c, *_ in self.flanks])
+        self.releases = np.array([c.releases for _, c, *_ in self.flanks])
         self.middle = middle
         self.k = np.array([k for k, _ in self._forms(middle)])
 
@@ -280,8 +285,18 @@ class _Piece:
         d = 1e-4 * self.oracle.period  # parabolas have exact central differences
         return self.side * (self.rows @ w[self.n:] + h[self.mesh]) - (self.offset(t + d) - self.offset(t - d)) / (2 * d)
 
+    def pushes(self, t: float, w: np.ndarray) -> np.ndarray:
+        """What of the contacts that release is positive while they push: beside the gap the force."""
+        rate = np.array([self.oracle.deflection(c, t, w)[1] for c in self.oracle.contacts])[self.mesh]
+        gap = self.gap(t, w)
+        return np.minimum(gap, gap + self.c * self.side * rate / np.maximum(self.k, 1e-300))
+
+    def inside(self, t: float, w: np.ndarray, closed: np.ndarray) -> np.ndarray:
+        """Positive until a contact switches."""
+        return np.where(closed, 1.0, -1.0) * np.where(self.releases, self.pushes(t, w), self.gap(t, w))
+
     def closed(self, t: float, w: np.ndarray) -> np.ndarray:
-        return (self.gap(t, w) > 0) & (self.k > 0)
+        return (self.inside(t, w, np.ones(len(self.k), bool)) > 0) & (self.k > 0)
 
     def right_side(self, closed: np.ndarray):
         o, n = self.oracle, self.n
@@ -303,7 +318,7 @@ class _Piece:
 
     def follow(self, t: float, w: np.ndarray, end: float, closed: np.ndarray):
         """Until a contact switches, or to the end."""
-        f, sign = self.right_side(closed), np.where(closed, 1.0, -1.0)
+        f = self.right_side(closed)
         watched = self.k > 0
         solver = integrator(f, t, w, end)
         while solver.status == "running":
@@ -313,9 +328,9 @@ class _Piece:
             dense = solver.dense_output()
             left = before
             for right in before + _WATCHED * (solver.t - before):
-                wrong = np.flatnonzero(watched & (sign * self.gap(right, dense(right)) < 0))
+                wrong = np.flatnonzero(watched & (self.inside(right, dense(right), closed) < 0))
                 if len(wrong):
-                    found = min(self._zero(dense, left, right, e, sign[e]) for e in wrong)
+                    found = min(self._zero(dense, left, right, e, closed) for e in wrong)
                     self.oracle.switches += 1
                     self.measure(dense, before, found, closed)
                     return self._at_switch(f, before, state, found, wrong, closed)
@@ -343,22 +358,27 @@ class _Piece:
             out.force += length * float(_WEIGHTS @ (inside[:, m] * (np.sign(own.sum()) or 0.0)))
             out.largest, out.smallest = max(out.largest, every[:, m].max()), min(out.smallest, every[:, m].min())
 
-    def _zero(self, dense: Any, left: float, right: float, e: int, sign: float) -> float:
+    def _zero(self, dense: Any, left: float, right: float, e: int, closed: np.ndarray) -> float:
         def g(s: float) -> float:
-            return sign * self.gap(s, dense(s))[e]
+            return self.inside(s, dense(s), closed)[e]
         return left if g(left) <= 0 else brentq(g, left, right, xtol=1e-18, rtol=1e-15)
 
     def _at_switch(self, f: Any, t: float, w: np.ndarray, found: float, wrong: np.ndarray, closed: np.ndarray):
         """Refine the instant by Newton's method on states that are integrated anew."""
         w = integrate(f, t, w, found)
-        gap = self.gap(found, w)
-        e = wrong[np.argmin(np.abs(gap[wrong]))]
+        e = wrong[np.argmin(np.abs(self.inside(found, w, closed)[wrong]))]
         for _ in range(3):
-            later = found - self.gap(found, w)[e] / self.gap_rate(found, w)[e]
+            value, rate = self.inside(found, w, closed)[e], np.where(closed, 1, -1)[e] * self.gap_rate(found, w)[e]
+            if self.releases[e]:
+                before = found - 1e-6 * self.oracle.period
+                rate = (value - self.inside(before, integrate(f, found, w, before), closed)[e]) / (found - before)
+            later = found - value / rate
             w, found = integrate(f, found, w, later), later
-        near = np.abs(self.gap(found, w)) < 1e-12 * max(np.abs(self.rows @ w[: self.n]).max(), 1e-9)
+        near = ~self.releases & (
+            np.abs(self.gap(found, w)) < 1e-12 * max(np.abs(self.rows @ w[: self.n]).max(), 1e-9))
         near[e] = True
         switched = near & (self.k > 0) & (np.sign(self.gap_rate(found, w)) == np.where(closed, -1, 1))
+        switched[e] |= self.releases[e]
         after = np.where(switched, ~closed, closed)
         for m, out in enumerate(self.oracle.measured):
             out.switches += int(closed[self.mesh == m].any() != after[self.mesh == m].any())

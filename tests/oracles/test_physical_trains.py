@@ -1,5 +1,6 @@
 """Random trains in the flow, against an integration of all physical coordinates that shares no code."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.flow import OK, Measure, of_meshes
+from gearchaos.flow.kernels.many_contacts.contact_arrays import new_tables
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.quantities import parameter_owner
 from gearchaos.studies.core.initial_value_problems import initial_value_problems
@@ -25,6 +27,38 @@ number."""
 @pytest.mark.parametrize(("shape", "seed"), QUICK)
 def test_random_trains_agree_with_an_independent_integration(shape, seed):
     assert difference(shape, seed) < 1e-11
+
+
+def released(train: gc.Train) -> gc.Train:
+    """With four times the damping, in contacts of one spring that never pull."""
+    meshes = [mesh if mesh.tooth_pairs else replace(mesh, damping_law="unilateral", damping=4 * mesh.damping)
+              for mesh in train.meshes]
+    shared = any(mesh.tooth_pairs for mesh in meshes)
+    return replace(train, meshes=meshes, damping_law=train.damping_law if shared else "unilateral")
+
+
+def as_it_is(train: gc.Train) -> gc.Train:
+    return train
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("shape", "seed"), [*QUICK, ("split", 0)])
+def test_contacts_that_never_pull_agree_with_an_independent_integration(shape, seed):
+    rng = np.random.default_rng([seed, SHAPES.index(shape)])
+    assert difference_of(released(random_train(shape, rng)), rng) < 1e-11
+
+
+@pytest.mark.parametrize(("shape", "seed"), [("driven", 1), ("stages", 1)])
+def test_tangents_of_contacts_that_never_pull_are_differences_of_motions(shape, seed):
+    rng = np.random.default_rng([seed, SHAPES.index(shape)])
+    problem, size = initial_value_problems(as_model(released(random_train(shape, rng)))), 1e-6
+    d = len(problem.w)
+    begin = problem.w + rng.normal(size=(d, 1))
+    run = problem.flow.advance(begin, 1, tangent=np.eye(d)[:, :, None], measured=True)
+    many = problem.flow.advance(begin + size * np.hstack([np.eye(d), -np.eye(d)]), 1, points=np.zeros(2 * d, int)).w
+    assert of_meshes(run.measures)[:, Measure.SWITCHES].sum() > 3
+    found, expected = run.tangent[:, :, 0].T, (many[:, :d] - many[:, d:]) / (2 * size)
+    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
 
 
 @pytest.mark.slow
@@ -65,6 +99,25 @@ def gearbox(speed: float) -> gc.Train:
         meshes=[gc.Mesh(between=names, teeth=(20, 40), base_radii=(r, 2 * r), damping=c, backlash=1e-4,
                         stiffness={"levels": [k, 0.7 * k], "starts": [0, 0.6]}, error_amplitudes=[4e-6])
                 for names, r, k, c in meshes])
+
+
+@pytest.mark.parametrize("unrolled", [10, 8])
+def test_what_stands_in_the_memory_of_tables_by_chance_has_no_effect(monkeypatch, unrolled):
+    """Over ten coordinates in kernels of their own, and in those for any number, which leap."""
+    monkeypatch.setattr("gearchaos.flow.contact_tables.MOST_UNROLLED", unrolled)
+    model, runs = as_model(gearbox(900.0)), []
+    for fill in (0.0, np.nan):
+        def filled(*sizes: int, fill: float = fill) -> Any:
+            tables = new_tables(*sizes)
+            for array in tables[1:]:
+                array.fill(fill if array.dtype == float else -7)
+            return tables
+
+        monkeypatch.setattr("gearchaos.flow.contact_tables.new_tables", filled)
+        problem = initial_value_problems(model)
+        run = problem.flow.advance(problem.w + 0.3, 3)
+        runs.append((run.w.tobytes(), problem.flow.advance(run.w, 3, measured=True).measures.tobytes()))
+    assert runs[0] == runs[1]
 
 
 def test_leaps_in_contact_lead_where_their_steps_do():
@@ -150,11 +203,12 @@ def difference_of(train: gc.Train, rng: np.random.Generator, periods: int = 1) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("shape", "seed"), [
-    ("chain", 3), ("stages", 1), ("stops", 1), ("driven", 3), ("supported", 1)])
-def test_what_is_measured_of_meshes_agrees_with_an_independent_integration(shape, seed):
+@pytest.mark.parametrize(("shape", "seed", "given"), [
+    ("chain", 3, as_it_is), ("stages", 1, as_it_is), ("stops", 1, as_it_is), ("driven", 3, as_it_is),
+    ("supported", 1, as_it_is), ("stages", 1, released), ("supported", 1, released)])
+def test_what_is_measured_of_meshes_agrees_with_an_independent_integration(shape, seed, given):
     rng = np.random.default_rng([seed, SHAPES.index(shape)])
-    train = random_train(shape, rng)
+    train = given(random_train(shape, rng))
     oracle, model = Oracle(train, train.period), as_model(train)
     state = random_state(oracle, rng)
     w = in_coordinates(oracle, train, model, 0.0, state)

@@ -25,6 +25,9 @@ _LEAST_TILE = 256
 _FINAL_DIVISOR = 16
 """The smallest tile is the share of one thread divided by this, so that threads end at about the same time."""
 
+_TILES_PER_THREAD = 4
+"""Tiles of whole parameter points for each thread, where there are points enough: some take much longer than others."""
+
 _MAX_UNDIVIDED = 5120
 """The share of one thread is a single tile up to this number of trajectories: smaller tiles would cost more than the
 wait at the end."""
@@ -63,10 +66,11 @@ def split_points(points: np.ndarray, most: int, largest: int = TILE, threads: in
     """`split` into tiles of at most ``most`` parameter points, whose tables are kept from call to call: ``points`` (L,)
     are those of the trajectories, equal ones next to each other."""
     workers, first = _workers(threads), np.flatnonzero(np.diff(points, prepend=np.nan))
-    most = max(1, min(most, -(-len(first) // workers)))
+    most = max(1, min(most, -(-len(first) // (_TILES_PER_THREAD * workers))))
     ends = [*first[::most].tolist(), len(points)]
+    parts = -(-workers // (len(ends) - 1)) if len(points) else 1
     return [slice(begin + part.start, begin + part.stop) for begin, end in pairwise(ends)
-            for part in split(end - begin, largest, 1)]
+            for part in split(end - begin, min(largest, -(-(end - begin) // parts)), 1)]
 
 
 def interleaved(count: int, threads: int | None = None) -> np.ndarray:

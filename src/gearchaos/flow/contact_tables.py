@@ -30,10 +30,12 @@ _ITERATIONS = 10  # in which rest under load is sought
 _SAME_INSTANT = 1e-12  # a sample and a change of stiffness that are closer, as fractions of the period, coincide
 
 
-def contact_dimensions(d: int) -> Any:
-    """The argument ``dims`` of the kernels: that of `dimensions`, but of more than `MOST_UNROLLED` coordinates an array
-    (d,), whose length they take when they run. So one kernel serves all; the bits of the results are the same."""
-    return dimensions(d, "always") if d <= MOST_UNROLLED else np.zeros(d, np.int64)
+def contact_dimensions(system: SwitchedSystem) -> Any:
+    """The argument ``dims`` of the kernels: that of `dimensions` with the law ``unilateral`` if a contact releases, and
+    another one if none does. Of more than `MOST_UNROLLED` coordinates it is an array (d,), whose length they take when
+    they run. So one kernel serves all; the bits of the results are the same."""
+    dims = dimensions(system.dimension, "unilateral" if system.contacts.releases.any() else "always")
+    return dims if len(dims) <= MOST_UNROLLED else np.array(dims)
 
 
 def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoints, StepTables]:
@@ -55,22 +57,28 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         offset = np.stack([a + begin * (b + begin * c), b + 2 * begin * c, c], axis=-1)
     counts = np.ceil(min_steps_per_period(system)[:, None] * np.diff(edges, axis=1) - 1e-9).astype(np.int64)
     counts = np.maximum(counts, 1)
-    rows = contacts.rows
-    sides = aligned(vectors_of(len(contacts.sides)) * WIDTH)
-    sides[: len(contacts.sides)] = contacts.sides
+    rows, meshes, releasing = contacts.rows, contacts.meshes, np.flatnonzero(contacts.releases[contacts.meshes])
+    stiffness, offset = (np.hstack([each, each[:, releasing]]) for each in (stiffness, offset))
+    side, count = np.append(contacts.sides, contacts.sides[releasing]).astype(float), len(meshes) + len(releasing)
+    row = np.append(np.arange(len(rows)), meshes[releasing])  # the mesh of each row
+    unit = (rows / (rows**2).sum(axis=1, keepdims=True))[row]
+    unit[len(rows):] = 0.0
+    sides = aligned(vectors_of(count) * WIDTH)
+    sides[:count] = side
     found = ContactPoints(*map(np.ascontiguousarray, (
         system.omega, system.A, system.f0, contacts.orders, contacts.f_cos, contacts.f_sin,
-        rows, rows / (rows**2).sum(axis=1, keepdims=True), contacts.rates, contacts.pushes, contacts.damping,
-        contacts.in_contact.astype(np.int64), contacts.meshes, contacts.sides.astype(float), sides, edges,
+        rows[row], unit, contacts.rates[row], contacts.pushes, contacts.damping[:, row],
+        contacts.in_contact.astype(np.int64), releasing, np.append(meshes, len(rows) + np.arange(len(releasing))), side,
+        sides, edges,
         stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
         np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system),
         _rest(system) if d > MOST_UNROLLED else np.zeros_like(system.f0),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
     steps = counts.sum(axis=1)
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
-    leaps = int((counts // LEAP).sum(axis=1).max()) if d > MOST_UNROLLED else 0
-    fixed = leaps, len(sample), d, len(contacts.sides), len(rows)
-    sets = min(_SETS, 2 ** len(contacts.sides))
+    leaps = int((counts // LEAP).sum(axis=1).max()) if d > MOST_UNROLLED and len(releasing) == 0 else 0
+    fixed = leaps, len(sample), d, count, len(row)
+    sets = min(_SETS, 2**count)
     entries, parts = max(sets * both, LEAP), sets * len(sample) * (2 if np.any(found.span > 1) else 1)
     least, entry, part = (_size(new_tables(1, 1, *room, *fixed)) for room in ((1, 1), (2, 1), (1, 2)))
     share = min(1.0, _LARGEST / (entries * (entry - least) + parts * (part - least)))
@@ -103,7 +111,7 @@ def _rest(system: SwitchedSystem) -> np.ndarray:
 
 def _spans(system: SwitchedSystem) -> np.ndarray:
     """The steps of a leap (P,): 1, but of one mesh with one spring on each flank, which may fly for thousands."""
-    if system.dimension != 2 or len(system.contacts.sides) != 2:
+    if system.dimension != 2 or len(system.contacts.sides) != 2 or system.contacts.releases.any():
         return np.ones(len(system.omega), np.int64)
     longest = fastest_rate(system) / rate_in_flight(system)
     span = 2 ** np.log2(np.clip(longest, 1, _LONGEST_LEAP)).astype(np.int64)

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from gearchaos.flow.contact_tables import MEMORY, contact_dimensions, prepare_contacts
-from gearchaos.flow.kernels.many_contacts.contact_arrays import MOST_UNROLLED, new_contact_work
+from gearchaos.flow.kernels.many_contacts.contact_arrays import new_contact_work
 from gearchaos.flow.kernels.many_contacts.contact_motion import advance_contact_sets
 from gearchaos.flow.kernels.many_contacts.contact_shares import contact_shares
 from gearchaos.flow.kernels.one_spring.advance import advance_packs
@@ -313,9 +313,9 @@ class ExactFlow(Generic[System]):
         """Advance the trajectories of a call where there are several contacts, those of a point in turn."""
         with self._lock:
             raise_if_cancelled()
-            dims, points = contact_dimensions(self.dimension), self._contacts
+            dims, points = contact_dimensions(self.system), self._contacts
             order = np.argsort(call.points, kind="stable")
-            work = new_contact_work(self.dimension, len(points.mesh), len(points.row), len(call.tangent))
+            work = new_contact_work(points, len(call.tangent))
             while advance_contact_sets(dims, points, call, order, self._tables, work, len(call.measures) > 0,
                                        _STEPS_BETWEEN_CANCEL_CHECKS):
                 raise_if_cancelled()
@@ -323,7 +323,7 @@ class ExactFlow(Generic[System]):
     @property
     def leaps_in_contact(self) -> bool:
         """Whether contact far from its end is followed in leaps of many steps."""
-        return self.system.contacts is not None and self.dimension > MOST_UNROLLED
+        return self.system.contacts is not None and self._tables.leap_closed.shape[1] > 0
 
     def contact_shares(self, w: np.ndarray, vectors: np.ndarray, point: int) -> np.ndarray | None:
         """How much of the distance to another change of contact small differences from a motion use in a period.
@@ -346,10 +346,10 @@ class ExactFlow(Generic[System]):
         """
         with self._lock:
             points, shares, moving = self._contacts, np.zeros(len(vectors)), np.array(vectors, order="C")
-            work = new_contact_work(self.dimension, len(points.mesh), len(points.row), 0)
+            work = new_contact_work(points, 0)
             work.w[:] = w
             found = contact_shares(
-                contact_dimensions(self.dimension), points, point, self._tables, work, moving, moving.copy(), shares)
+                contact_dimensions(self.system), points, point, self._tables, work, moving, moving.copy(), shares)
         return shares if found else None
 
     def _packs(self, points: np.ndarray, periods: np.ndarray) -> np.ndarray:

@@ -115,6 +115,9 @@ def _train_script(model: Any) -> str:
     batch = vary(model, {})
     system = switched_system(batch)
     contacts: Any = system.contacts
+    if contacts.releases.any():
+        raise InputError("damping_law", "must be another one for the script of a train", model.law.name,
+                         "That of a pair has all damping laws; of a train set damping_law='contact'.")
     arrays = {
         "initial": initial_state(batch, system)[0], "A": system.A[0], "f0": system.f0[0], "orders": contacts.orders,
         "f_cos": contacts.f_cos[0], "f_sin": contacts.f_sin[0], "rows": contacts.rows, "rates": contacts.rates,

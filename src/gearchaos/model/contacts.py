@@ -25,7 +25,8 @@ class MeshContacts(NamedTuple):
 
     The displacement of mesh m is row_m·w, its velocity rate_m·w. Contact e of mesh m is closed while its gap
     g = side_e row_m·w − offset_e is positive; it adds −push_m side_e κ_e g to w', and, where the damping acts in
-    contact alone, the mesh −push_m D_m rate_m·w while any of its contacts is closed.
+    contact alone, the mesh −push_m D_m rate_m·w while any of its contacts is closed. A contact that releases adds
+    neither while the sum of both would pull.
     """
 
     names: tuple[str, ...]  # of the K meshes of a train; none of a pair
@@ -35,6 +36,7 @@ class MeshContacts(NamedTuple):
     pushes: np.ndarray  # (P, K, d)
     damping: np.ndarray  # (P, K) damping coefficient D of the mesh force
     in_contact: np.ndarray  # (K,) bool, whether the damping acts in contact alone; else it is a part of A
+    releases: np.ndarray  # (K,) bool, whether contact ends where the force does; each flank is one spring then
     meshes: np.ndarray  # (M,) int
     sides: np.ndarray  # (M,) 1 on the front flank, -1 on the back flank
     edges: np.ndarray  # (P, N) where pieces begin, ascending from 0, as fractions of the period
@@ -60,6 +62,8 @@ class MeshContacts(NamedTuple):
         gap = self.sides * displacement[:, self.meshes] - np.einsum("msk,sk->sm", self.offset[0][:, piece], powers)
         stiffness = self.stiffness[0][:, piece].T
         closed = (gap > 0) & (stiffness > 0)
+        damper = self.sides * (self.damping[0] * velocity)[:, self.meshes]
+        closed &= ~self.releases[self.meshes] | (stiffness * gap + damper > 0)
         force = np.zeros_like(displacement)
         flank = np.zeros(displacement.shape, np.int8)
         for m in range(len(self.rows)):

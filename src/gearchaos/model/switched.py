@@ -258,6 +258,7 @@ def switched_system(batch: Any, names: tuple[str, ...] | None = None) -> Switche
         contacts = MeshContacts(
             names=(), front=np.ones(1), rows=unit[None, 0], rates=unit[None, 1], pushes=rows.b[:, None],
             damping=rows.damping[:, None], in_contact=np.array([batch.model.law.in_contact]),
+            releases=np.zeros(1, bool),
             meshes=np.zeros(len(pairs.sides), np.int64), sides=pairs.sides, edges=pairs.edges,
             stiffness=pairs.stiffness, offset=pairs.gap + np.array([1.0, 0.0, 0.0]), orders=rows.order,
             f_cos=harmonics[0], f_sin=harmonics[1])

@@ -125,8 +125,8 @@ class Assembly:
         rows, pushes, offsets = self._flanks()
         rates = np.roll(rows, 1, axis=1)  # the rate of a deflection follows it
         damping = np.stack([self.damping(element) for element in found.contacts], axis=1)
-        in_contact = np.array([element.mesh is None or found.train.law_of(element.mesh).in_contact
-                               for element in found.contacts])
+        laws = [found.train.law_of(element.mesh) for element in found.contacts]
+        in_contact = np.array([law.in_contact for law in laws])
         A -= np.einsum("pki,pk,kj->pij", pushes, damping * ~in_contact, rates)
         size = np.full(d, units.length * units.rate)
         size[at] = units.length
@@ -134,7 +134,8 @@ class Assembly:
         made = MeshContacts(
             names=tuple(element.name for element in found.contacts), front=offsets[0, :, 0] / units.length,
             rows=rows, rates=rates, pushes=pushes * units.force / (size * units.rate),
-            damping=damping * units.rate / units.stiffness, in_contact=in_contact, orders=found.orders,
+            damping=damping * units.rate / units.stiffness, in_contact=in_contact,
+            releases=np.array([law.releases for law in laws]), orders=found.orders,
             f_cos=harmonics.real, f_sin=-harmonics.imag, **self._contacts(offsets))
         none, flat, over_time = np.zeros(points), np.zeros((points, 0)), np.zeros((points, len(found.orders)))
         return SwitchedAffine(

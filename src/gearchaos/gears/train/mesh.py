@@ -18,7 +18,7 @@ from gearchaos.gears.train.faults import Fault, check_faults
 from gearchaos.gears.train.parts import JOINED, ends_of, part_name, terms
 from gearchaos.gears.train.stiffness import in_steps, of_model, read_stiffness, with_mean
 from gearchaos.gears.train.teeth import as_pairs, check_pitch, uneven_wheels
-from gearchaos.model import SHARED_LAWS, ToothPairStiffness
+from gearchaos.model import DAMPING_LAWS, ToothPairStiffness
 from gearchaos.model.contacts import OneSidedContacts
 from gearchaos.quantities import NOT_NEGATIVE, POSITIVE
 
@@ -108,8 +108,8 @@ class Mesh:
         teeth differ it must be given, but beside ``tooth_pairs`` or a design.
     phase : angle
         ψ at t = 0.
-    damping_law : {"always", "contact"}, optional
-        That of the train by default.
+    damping_law : {"always", "contact", "unilateral"}, optional
+        That of the train by default. With ``unilateral``, for meshes of one spring, the force never pulls.
     internal : bool
         Whether one of the wheels is a ring.
     line_of_action : angle
@@ -147,7 +147,7 @@ class Mesh:
     pitch_errors: Any = field(default=None, metadata=read_by(two(each(units.LENGTH), "must be a list of two lists")))
     contact_ratio: Any = field(default=None, metadata=read_by(_ratio))
     phase: Any = field(default=0.0, metadata=read_by(one(units.ANGLE)))
-    damping_law: Any = field(default=None, metadata=read_by(name_of(*SHARED_LAWS)))
+    damping_law: Any = field(default=None, metadata=read_by(name_of(*DAMPING_LAWS.own)))
     internal: bool = False
     line_of_action: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
     pressure_angle: Any = field(default=None, metadata=read_by(one(

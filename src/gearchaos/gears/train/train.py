@@ -25,6 +25,7 @@ from gearchaos.gears.train.ratios import steady_ratios
 from gearchaos.gears.train.stiffness import STEPS, SeriesStiffness
 from gearchaos.gears.train.structure import units_of
 from gearchaos.model import DAMPING_LAWS, DEFAULT_LAW_OF_GEARS, SHARED_LAWS, Damped, DampingLaw
+from gearchaos.model.damping import CONTACT
 from gearchaos.quantities import POSITIVE, Rule, parameter_owner
 
 _TOLERANCE = Rule(lambda v: 0 <= v <= LARGEST_TOLERANCE, f"must be from 0 to {LARGEST_TOLERANCE}")
@@ -64,8 +65,9 @@ class Train(Damped, HasCard):
     meshes : list of Mesh or tables
         Results without the name of a mesh are those of the first. There may be none if a shaft has a stop: then lengths
         are angles and forces torques, those of the stops.
-    damping_law : {"always", "contact"}
-        Where the damping of the meshes acts, which do not say it themselves.
+    damping_law : {"always", "contact", "unilateral"}
+        Where the damping of the meshes acts, which do not say it themselves. That of stops acts in contact, with
+        ``unilateral`` without ever pulling.
     frequency_tolerance : float
         How far mesh frequencies and orders may deviate, relatively, so that all repeats sooner. By default they are
         exact, but where that would take more than 2000 mesh cycles up to 1e-3 off.
@@ -98,7 +100,7 @@ class Train(Damped, HasCard):
     bodies: Any = field(metadata=read_by(parts(Body)))
     meshes: Any = field(default=(), metadata=read_by(parts(Mesh)))
     shafts: Any = field(default=(), metadata=read_by(parts(Shaft)))
-    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*SHARED_LAWS)))
+    damping_law: str = field(default=DEFAULT_LAW_OF_GEARS, metadata=read_by(name_of(*DAMPING_LAWS.own)))
     frequency_tolerance: Any = field(default=0.0, metadata=read_by(number(_TOLERANCE)))
     reference: Any = field(default=None, metadata=read_by(record(Units)))
 
@@ -183,13 +185,20 @@ class Train(Damped, HasCard):
         """The body of this name."""
         return next(body for body in self.bodies if body.name == name)
 
-    def law_of(self, mesh: Mesh) -> DampingLaw:
-        """Where the damping of a mesh acts."""
-        return DAMPING_LAWS[mesh.damping_law or self.damping_law]
+    def law_of(self, mesh: Mesh | None) -> DampingLaw:
+        """Where the damping of a mesh acts, or of None that of stops."""
+        law = DAMPING_LAWS[(mesh and mesh.damping_law) or self.damping_law]
+        return law if mesh or law.releases else CONTACT
 
     def _check_mesh(self, mesh: Mesh) -> None:
         """Raise `InputError` for a mesh that does not go with its bodies."""
         a, b = map(self.body, mesh.between)
+        if self.law_of(mesh).releases and (mesh.tooth_pairs is not None or mesh.uneven):
+            raise InputError(
+                field_of(mesh, "damping_law"), f"must be {' or '.join(SHARED_LAWS)} where tooth pairs share the load",
+                self.law_of(mesh).name, "The mesh has one damper; a pair that never pulls would need one of its own. "
+                "In a design, load_sharing = 'prescribed' makes the mesh one spring; so does a mesh whose teeth are "
+                "all alike.")
         if a.prescribed and b.prescribed:
             raise InputError(field_of(mesh, "between"), "must have a body that is free to move", list(mesh.between),
                              "The motion of both is prescribed, so that nothing is left to compute.")

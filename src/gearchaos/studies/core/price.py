@@ -25,7 +25,7 @@ _TRIAL = 0.7
 _FIRST, _LARGEST = 1 / 1024, 0.1
 """Share of the work that the first trial does, and from which no further one follows."""
 
-_GROWTH, _UNTOLD_GROWTH, _MORE = 16.0, 4.0, 1.2
+_GROWTH, _UNTOLD_GROWTH, _MORE = 16.0, 3.0, 1.2
 """Largest growth of the share from one trial to the next, that after a trial which does not tell enough, and the
 time of the next, as a multiple of the least one."""
 

@@ -7,6 +7,9 @@ The coordinates w of a point with M contacts in K meshes obey
 the inner sum over the *closed* contacts e of mesh m, those with a positive gap function g_e = side_e row_m·w − o_e(τ).
 The stiffness κ_e is constant, and the offset o_e a polynomial of degree 2, on each *piece* of the period. κ_e = 0 says
 that contact e is absent. A *contact set* is an integer whose bit e is set where contact e is closed.
+
+A contact that *releases* pushes only where its force κ_e (g_e + r side_e rate_m·w), r = D_m/κ_e, is positive too. This
+is one more gap function, with the row row_m + r rate_m: that of one more contact, without a force of its own.
 """
 
 from __future__ import annotations
@@ -29,7 +32,10 @@ LEAP = 2 * WIDTH
 
 
 class ContactPoints(NamedTuple):
-    """P parameter points with d coordinates, H harmonics, M contacts in K meshes and N pieces of the period."""
+    """P parameter points with d coordinates, H harmonics, M contacts in K meshes and N pieces of the period.
+
+    U contacts release. For each of them there is one more row and one more contact, so that there are R = K + U rows
+    and C = M + U contacts."""
 
     omega: np.ndarray  # (P,)
     A: np.ndarray  # (P, d, d)
@@ -37,18 +43,19 @@ class ContactPoints(NamedTuple):
     orders: np.ndarray  # (H,) int, of the harmonics
     f_cos: np.ndarray  # (P, H, d)
     f_sin: np.ndarray
-    row: np.ndarray  # (K, d) displacement of a mesh from the coordinates
-    unit: np.ndarray  # (K, d) row over its square: coordinates at which the displacement is 1
-    rate: np.ndarray  # (K, d) its derivative
+    row: np.ndarray  # (R, d) displacement of a mesh from the coordinates
+    unit: np.ndarray  # (R, d) row over its square: coordinates at which the displacement is 1; 0 behind the meshes
+    rate: np.ndarray  # (R, d) its derivative
     push: np.ndarray  # (P, K, d)
-    damping: np.ndarray  # (P, K) damping coefficient of the mesh force
+    damping: np.ndarray  # (P, R) damping coefficient of the mesh force
     in_contact: np.ndarray  # (K,) int, 1 where the damping acts in contact alone, 0 where it is a part of A
-    mesh: np.ndarray  # (M,) int, mesh of a contact
-    side: np.ndarray  # (M,) 1.0 on the front flank, -1.0 on the back flank
+    releasing: np.ndarray  # (U,) int, the contacts that release
+    mesh: np.ndarray  # (C,) int, row of a contact: its mesh
+    side: np.ndarray  # (C,) 1.0 on the front flank, -1.0 on the back flank
     sides: np.ndarray  # (V WIDTH,) the same, in V vectors
     edges: np.ndarray  # (P, N + 1) where pieces begin and end, fractions of the period
-    stiffness: np.ndarray  # (P, N, M)
-    offset: np.ndarray  # (P, N, M, OFFSETS) coefficients in the time since the piece began, in periods
+    stiffness: np.ndarray  # (P, N, C)
+    offset: np.ndarray  # (P, N, C, OFFSETS) coefficients in the time since the piece began, in periods
     counts: np.ndarray  # (P, N) int, steps on each piece
     sample: np.ndarray  # (N,) int, index of the sample at the start of a piece, or -1
     orthonormalise_every: np.ndarray  # (P,) int, steps between two orthonormalisations
@@ -80,8 +87,8 @@ class StepTables(NamedTuple):
     pause: np.ndarray  # (S, Q) int, 1 where other contacts are present than before, some begin, or a sample is taken;
     #                    2 at other steps with which a leap begins
     leap: np.ndarray  # (S, Q) int, the leap that begins with a step, its row in free flight; -1 for none
-    stiffness: np.ndarray  # (S, Q, M)
-    offset: np.ndarray  # (S, Q, OFFSETS, V WIDTH) coefficients in s, from 0 to 1 on the step; M contacts in V vectors
+    stiffness: np.ndarray  # (S, Q, C)
+    offset: np.ndarray  # (S, Q, OFFSETS, V WIDTH) coefficients in s, from 0 to 1 on the step; C contacts in V vectors
     force: np.ndarray  # (S, Q, ORDER + 1, d)
     velocity: np.ndarray  # (S, Q, ORDER + 1) what of the measured velocity does not depend on the state
     entries: np.ndarray  # (S,) int, number in use
@@ -93,8 +100,8 @@ class StepTables(NamedTuple):
     linear: np.ndarray  # (S, E) int, the linear part
     shift: np.ndarray  # (S, E, V WIDTH) w after the step from 0; d coordinates in V vectors
     shifts: np.ndarray  # (S, E, G1, ORDER + 1, WIDTH) its polynomials on the step, see `contact_sets.values_at`
-    shift_outputs: np.ndarray  # (S, E, K + 1, TERMS) those of the displacements and of the measured velocity
-    clear: np.ndarray  # (S, E, K, CLEAR) see `contact_sets.add_set`
+    shift_outputs: np.ndarray  # (S, E, R + 1, TERMS) those of the displacements and of the measured velocity
+    clear: np.ndarray  # (S, E, R, CLEAR) see `contact_sets.add_set`
     parts: np.ndarray  # (S,) int, number of linear parts in use
     part_closed: np.ndarray  # (S, F) int, contact set of a linear part
     part_first: np.ndarray  # (S, 2 N) int, the last linear part made of a piece; -1 for none
@@ -102,8 +109,8 @@ class StepTables(NamedTuple):
     equations: np.ndarray  # (S, F, d, V WIDTH) A of w' = A w + ... with the closed contacts: column j in row j
     matrix: np.ndarray  # (S, F, d, V WIDTH) w after the step: column j in row j
     columns: np.ndarray  # (S, F, G, ORDER + 1, WIDTH) its polynomials on the step
-    outputs: np.ndarray  # (S, F, K + 1, d, TERMS)
-    bends: np.ndarray  # (S, F, K, d) bounds beside ``clear``
+    outputs: np.ndarray  # (S, F, R + 1, d, TERMS)
+    bends: np.ndarray  # (S, F, R, d) bounds beside ``clear``
     leap_made: np.ndarray  # (S, F) int, 1 where there are the next three
     leap_matrix: np.ndarray  # (S, F, d, V WIDTH) ``matrix`` of a leap
     leap_rows: np.ndarray  # (S, F, K, d, LEAP) displacements after each of its steps
@@ -128,7 +135,7 @@ class ContactWork(NamedTuple):
     states: np.ndarray  # (2, d) of motions from rest and from 0
     values: np.ndarray  # (2 * G * WIDTH,) the columns at a point of the step, see `contact_sets.values_at`
     shifts: np.ndarray  # (2 * G1 * WIDTH,) the motion from 0 there
-    outputs: np.ndarray  # (K + 1, TERMS) polynomials of the displacements of the meshes and of the measured velocity
+    outputs: np.ndarray  # (R + 1, TERMS) polynomials of the displacements of the meshes and of the measured velocity
     shifted: np.ndarray  # (TERMS,) a polynomial on the rest of a step
     gaps: np.ndarray  # (groups * (ORDER + 1) * WIDTH,) polynomials of the gaps, `WIDTH` contacts in a group
     exits: np.ndarray  # (groups * WIDTH,) first root of each
@@ -141,28 +148,32 @@ def new_tables(
     places: int, steps: int, entries: int, parts: int, leaps: int, pieces: int, d: int, m: int, k: int
 ) -> StepTables:
     """Empty tables with these numbers of places, steps, entries, linear parts, leaps in contact, pieces, coordinates,
-    contacts and meshes."""
+    contacts and rows. Their memory is not touched before it serves; behind what does in a vector, 0 is written
+    then, since what stands there by chance may be slow to compute with."""
     leaping, vector = parts if leaps else 0, vectors_of(d) * WIDTH
 
     def whole(*shape: int) -> np.ndarray:
-        return np.full((places, *shape), -1, np.int64)
+        return np.empty((places, *shape), np.int64)
 
     def real(*shape: int) -> np.ndarray:
-        return np.zeros((places, *shape))
+        return np.empty((places, *shape))
+
+    def vectors(*shape: int) -> np.ndarray:
+        return aligned(places, *shape, allocate=np.empty)
 
     return StepTables(
-        whole(), whole(), whole(steps), real(steps), real(steps), whole(steps), whole(steps), whole(steps),
-        whole(steps), whole(steps), real(steps, m), aligned(places, steps, OFFSETS, vectors_of(m) * WIDTH),
+        np.full(places, -1), whole(), whole(steps), real(steps), real(steps), whole(steps), whole(steps), whole(steps),
+        whole(steps), whole(steps), real(steps, m), vectors(steps, OFFSETS, vectors_of(m) * WIDTH),
         real(steps, ORDER + 1, d), real(steps, ORDER + 1),
         whole(), whole(entries), whole(entries), whole(entries), whole(steps), whole(entries), whole(entries),
-        aligned(places, entries, vector), aligned(places, entries, vectors_of(d), ORDER + 1, WIDTH),
-        aligned(places, entries, k + 1, TERMS), real(entries, k, CLEAR),
-        whole(), whole(parts), whole(2 * pieces), whole(parts), aligned(places, parts, d, vector),
-        aligned(places, parts, d, vector), aligned(places, parts, vectors_of(d * d), ORDER + 1, WIDTH),
-        aligned(places, parts, k + 1, d, TERMS), real(parts, k, d),
-        whole(leaping), aligned(places, leaping, d, vector), aligned(places, leaping, k, d, LEAP), real(leaping, k, d),
-        whole(leaps), whole(leaps), aligned(places, leaps, vector), real(leaps, k, 2),
-        aligned(places, leaps, k, 3, LEAP))
+        vectors(entries, vector), vectors(entries, vectors_of(d), ORDER + 1, WIDTH),
+        vectors(entries, k + 1, TERMS), real(entries, k, CLEAR),
+        whole(), whole(parts), whole(2 * pieces), whole(parts), vectors(parts, d, vector),
+        vectors(parts, d, vector), vectors(parts, vectors_of(d * d), ORDER + 1, WIDTH),
+        vectors(parts, k + 1, d, TERMS), real(parts, k, d),
+        whole(leaping), vectors(leaping, d, vector), vectors(leaping, k, d, LEAP), real(leaping, k, d),
+        whole(leaps), whole(leaps), vectors(leaps, vector), real(leaps, k, 2),
+        vectors(leaps, k, 3, LEAP))
 
 
 def vectors_of(count: int) -> int:
@@ -170,13 +181,14 @@ def vectors_of(count: int) -> int:
     return -(-count // WIDTH)
 
 
-def new_contact_work(d: int, m: int, k: int, vectors: int) -> ContactWork:
-    """Memory for d coordinates, m contacts, k meshes and this number of tangent vectors."""
+def new_contact_work(points: ContactPoints, vectors: int) -> ContactWork:
+    """Memory for the motions of these points, with this number of tangent vectors."""
+    (r, d), m, k = points.row.shape, len(points.mesh), len(points.in_contact)
     groups, vector = vectors_of(m), vectors_of(d) * WIDTH
     return ContactWork(
         np.zeros(d), aligned(vector), aligned(vector), np.zeros((vectors, d)),
         aligned(vectors_of(d), ORDER + 1, WIDTH), aligned(vectors_of(d), ORDER + 1, WIDTH),
         np.zeros((d, d)), np.zeros((2, d)), aligned(2 * vectors_of(d * d) * WIDTH), aligned(2 * vector),
-        aligned(k + 1, TERMS), aligned(TERMS), aligned(groups * (ORDER + 1) * WIDTH), aligned(groups * WIDTH),
+        aligned(r + 1, TERMS), aligned(TERMS), aligned(groups * (ORDER + 1) * WIDTH), aligned(groups * WIDTH),
         aligned(k, row_offsets(2, "always").total * WIDTH, to=PAGE), aligned(k, len(Measure) * WIDTH),
         np.zeros(4, np.int64))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
+from gearchaos.flow.kernels.many_contacts.contact_sets import pushing
 from gearchaos.flow.kernels.one_spring.measures import add_forces, measure_segment
 from gearchaos.flow.kernels.vector.arrays import rows
 from gearchaos.flow.kernels.vector.constants import ORDER, WIDTH
@@ -91,15 +92,16 @@ def _measure_kept(work):
 
 
 @inlined
-def keep_segment(points, p, tables, place, step, begin, end, closed, after, work):
+def keep_segment(dims, points, p, tables, place, step, begin, end, closed, after, work):
     """Keep the segment from ``begin`` to ``end`` of a step to be measured: displacement and force of each mesh, and the
     measured velocity. `WIDTH` segments are measured together.
 
     ``closed`` and ``after`` are the contact sets on it and after it; ``work.outputs`` the polynomials on the step.
     """
     at, l, rest = rows((0, 0)), work.progress[3], 1.0 - begin
+    closed, after = pushing(dims, points, closed), pushing(dims, points, after)
     shifted, offset = work.shifted, tables.offset[place, step]
-    for m in range(len(points.row)):
+    for m in range(len(points.in_contact)):
         ws, now, then, spring = work.rows[m], 0.0, 0.0, 0.0
         force0 = force1 = force2 = 0.0
         for e in range(len(points.mesh)):

@@ -12,8 +12,16 @@ from gearchaos.flow.kernels.compilation import inlined, main_kernel, subroutine
 from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP, MOST_UNROLLED
 from gearchaos.flow.kernels.many_contacts.contact_leaps import leap_in_contact
 from gearchaos.flow.kernels.many_contacts.contact_measures import keep_segment, load_measures, store_measures
-from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, fill_steps, find_set
+from gearchaos.flow.kernels.many_contacts.contact_sets import (
+    after_step,
+    displacement,
+    dot,
+    fill_steps,
+    find_set,
+    pushing,
+)
 from gearchaos.flow.kernels.many_contacts.contact_switches import output_series, resolve
+from gearchaos.flow.kernels.vector.arrays import releases
 from gearchaos.flow.kernels.vector.constants import DIVERGED, DIVERGED_AT, OK
 from gearchaos.flow.kernels.vector.simd import fma
 
@@ -21,27 +29,40 @@ from gearchaos.flow.kernels.vector.simd import fma
 @inlined
 def closed_contacts(dims, points, tables, place, step, w, before):
     """The contact set of a state at the start of a step, from that ``before``."""
-    anew = tables.anew[place, step]
+    anew, p = tables.anew[place, step], tables.point[place]
     closed = before & tables.present[place, step] & ~anew
     if anew != 0:
         for e in range(len(points.mesh)):
             if anew >> e & 1 and tables.present[place, step] >> e & 1:
-                gap = points.side[e] * dot(dims, points.row[points.mesh[e]], w) - tables.offset[place, step, 0, e]
+                at = displacement(dims, points, p, tables, place, step, points.mesh[e], w)
+                gap = points.side[e] * at - tables.offset[place, step, 0, e]
                 closed |= (1 << e) if gap > 0.0 else 0
     return closed
 
 
 @inlined
+def _within(dims, points, tables, place, entry, r, start, end, before):
+    """Whether a displacement surely stays within its limits in a step, from its values at both ends and the state
+    before."""
+    limits, bends = tables.clear[place, entry, r], tables.bends[place, tables.linear[place, entry], r]
+    deviation = limits[3]
+    for i in range(len(dims)):
+        deviation += bends[i] * abs(before[i] - limits[2] * points.unit[r, i])
+    return (min(start, end) - deviation > limits[0]) & (max(start, end) + deviation < limits[1])
+
+
+@inlined
 def _stays(dims, points, tables, place, entry, before, after):
     """Whether surely no contact switches in a step between these states: see `contact_sets.add_set`."""
-    stays, part = True, tables.linear[place, entry]
-    for m in range(len(points.row)):
-        limits, bends = tables.clear[place, entry, m], tables.bends[place, part, m]
-        deviation = limits[3]
-        for i in range(len(dims)):
-            deviation += bends[i] * abs(before[i] - limits[2] * points.unit[m, i])
+    stays, meshes = True, len(points.in_contact)
+    for m in range(meshes):
         start, end = dot(dims, points.row[m], before), dot(dims, points.row[m], after)
-        stays &= (min(start, end) - deviation > limits[0]) & (max(start, end) + deviation < limits[1])
+        stays &= _within(dims, points, tables, place, entry, m, start, end, before)
+    for r in range(meshes, len(points.row) if releases(dims) else meshes):
+        p, step = tables.point[place], tables.step[place, entry]
+        start = displacement(dims, points, p, tables, place, step, r, before)
+        end = displacement(dims, points, p, tables, place, step, r, after)
+        stays &= _within(dims, points, tables, place, entry, r, start, end, before)
     return stays
 
 
@@ -73,7 +94,7 @@ def _measure_whole(dims, points, p, tables, place, step, entry, work):
     """Keep a whole step to be measured, in which no contact switches."""
     output_series(dims, tables, place, entry, work, True)
     closed = tables.closed[place, entry]
-    keep_segment(points, p, tables, place, step, 0.0, 1.0, closed, closed, work)
+    keep_segment(dims, points, p, tables, place, step, 0.0, 1.0, closed, closed, work)
 
 
 @inlined
@@ -122,6 +143,7 @@ def _sample(dims, points, target, lane, closed, w):
     for i in range(len(dims)):
         target[i, lane] = w[i]
     target[len(dims), lane] = 0.0
+    closed = pushing(dims, points, closed)
     for e in range(len(points.mesh)):
         if points.mesh[e] == 0 and closed >> e & 1:
             target[len(dims), lane] = points.side[e]

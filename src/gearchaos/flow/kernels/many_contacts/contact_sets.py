@@ -12,6 +12,7 @@ import numpy as np
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP, MOST_UNROLLED, OFFSETS
+from gearchaos.flow.kernels.vector.arrays import releases
 from gearchaos.flow.kernels.vector.constants import ORDER, TWO_PI, WIDTH
 from gearchaos.flow.kernels.vector.simd import broadcast, load, store, vfma
 
@@ -38,7 +39,7 @@ def _add_harmonics(points, angle, turn, cos_amplitudes, sin_amplitudes, series):
 def _fill_rows(dims, points, p, tables, place, step, span, work):
     """Write the steps of point p to a place of the tables, from row ``step`` on, or the leaps of so many steps; returns
     the row after them."""
-    first, series, leaps = 0, work.shifted, 0
+    first, series, leaps, first_release = 0, work.shifted, 0, len(points.mesh) - len(points.releasing)
     for n in range(len(points.sample)):
         length, count = points.edges[p, n + 1] - points.edges[p, n], points.counts[p, n]
         if length <= _LEAST_PIECE:
@@ -54,6 +55,7 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
             tables.phase[place, step] = points.edges[p, n] + i * share
             tables.duration[place, step] = TWO_PI / points.omega[p] * share
             present = anew = 0
+            tables.offset[place, step] = 0.0
             for e in range(len(points.mesh)):
                 tables.stiffness[place, step, e] = points.stiffness[p, n, e]
                 present |= (1 << e) if points.stiffness[p, n, e] != 0.0 else 0
@@ -64,6 +66,9 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
                 offset[2, e] = o[2] * share * share
                 earlier = tables.offset[place, max(step - 1, 0)]
                 if step == 0 or not abs(offset[0, e] - earlier[0, e] - earlier[1, e] - earlier[2, e]) < _CONTINUOUS:
+                    anew |= 1 << e
+                earlier_stiffness = tables.stiffness[place, max(step - 1, 0), e]
+                if releases(dims) and e >= first_release and points.stiffness[p, n, e] != earlier_stiffness:
                     anew |= 1 << e
             before = tables.present[place, step - 1] if step > 0 else 0
             anew = present & (anew | ~before)
@@ -112,8 +117,21 @@ def fill_steps(dims, points, p, tables, place, work):
 
 
 @inlined
+def pushing(dims, points, closed):
+    """The contacts of a contact set that push: of those that release, where the force does not pull."""
+    if not releases(dims):
+        return closed
+    count = len(points.mesh) - len(points.releasing)
+    found = closed & (1 << count) - 1
+    for u in range(len(points.releasing)):
+        if not closed >> (count + u) & 1:
+            found &= ~(1 << points.releasing[u])
+    return found
+
+
+@inlined
 def mesh_closed(points, closed, m):
-    """Whether a contact of mesh m is closed."""
+    """Whether one of the ``closed`` contacts is of mesh m."""
     found = False
     for e in range(len(points.mesh)):
         found |= points.mesh[e] == m and closed >> e & 1 == 1
@@ -124,7 +142,7 @@ def mesh_closed(points, closed, m):
 def _set_equations(dims, points, p, tables, place, step, closed, linear):
     """Write the linear part of the motion on a step with a contact set, column j in row j
     of ``linear`` (d, V WIDTH)."""
-    d = len(dims)
+    d, closed = len(dims), pushing(dims, points, closed)
     for i in range(d):
         for j in range(d):
             linear[j, i] = points.A[p, i, j]
@@ -135,7 +153,7 @@ def _set_equations(dims, points, p, tables, place, step, closed, linear):
                 push = points.push[p, m, i] * tables.stiffness[place, step, e]
                 for j in range(d):
                     linear[j, i] -= push * points.row[m, j]
-    for m in range(len(points.row)):
+    for m in range(len(points.in_contact)):
         if points.in_contact[m] and mesh_closed(points, closed, m):
             for i in range(d):
                 for j in range(d):
@@ -145,6 +163,7 @@ def _set_equations(dims, points, p, tables, place, step, closed, linear):
 @subroutine
 def _set_force(dims, points, p, tables, place, step, closed, force):
     """Write the forcing (V, ORDER + 1, WIDTH) of the motion on a step with a contact set."""
+    closed = pushing(dims, points, closed)
     for k in range(ORDER + 1):
         for i in range(len(dims)):
             force[i // WIDTH, k, i % WIDTH] = tables.force[place, step, k, i]
@@ -194,12 +213,39 @@ def dot(dims, row, w):
 
 
 @inlined
+def rate_share(points, p, tables, place, step, r):
+    """D/κ on a step, by which the rate is added in a row behind those of the meshes; 0 in theirs."""
+    if r < len(points.in_contact):
+        return 0.0
+    stiffness = tables.stiffness[place, step, len(points.mesh) - len(points.row) + r]
+    return points.damping[p, r] / stiffness if stiffness != 0.0 else 0.0
+
+
+@inlined
+def displacement(dims, points, p, tables, place, step, r, w):
+    """Row r times w on a step."""
+    found = dot(dims, points.row[r], w)
+    if releases(dims) and r >= len(points.in_contact):
+        found += rate_share(points, p, tables, place, step, r) * dot(dims, points.rate[r], w)
+    return found
+
+
+@inlined
 def _coefficient(dims, row, series, k):
     """Coefficient k of row·w, from the polynomials of w."""
     total = 0.0
     for i in range(len(dims)):
         total += row[i] * series[i // WIDTH, k, i % WIDTH]
     return total
+
+
+@inlined
+def _output(dims, points, p, tables, place, step, r, series, k):
+    """The same of row r on a step."""
+    found = _coefficient(dims, points.row[r], series, k)
+    if releases(dims) and r >= len(points.in_contact):
+        found += rate_share(points, p, tables, place, step, r) * _coefficient(dims, points.rate[r], series, k)
+    return found
 
 
 @subroutine
@@ -211,6 +257,7 @@ def _add_part(dims, points, p, tables, place, step, closed, work):
     tables.part_closed[place, part] = closed
     tables.part_chain[place, part], tables.part_first[place, piece] = tables.part_first[place, piece], part
     linear = tables.equations[place, part]
+    linear[:] = tables.matrix[place, part] = tables.columns[place, part] = tables.outputs[place, part] = 0.0
     _set_equations(dims, points, p, tables, place, step, closed, linear)
     work.force[:] = 0.0
     series[:] = 0.0
@@ -223,7 +270,7 @@ def _add_part(dims, points, p, tables, place, step, closed, work):
                 tables.columns[place, part, (j * d + i) // WIDTH, k, (j * d + i) % WIDTH] = series[
                     i // WIDTH, k, i % WIDTH]
             for m in range(len(points.row)):
-                tables.outputs[place, part, m, j, k] = _coefficient(dims, points.row[m], series, k)
+                tables.outputs[place, part, m, j, k] = _output(dims, points, p, tables, place, step, m, series, k)
             tables.outputs[place, part, len(points.row), j, k] = _coefficient(dims, points.velocity[p], series, k)
     values_at(tables.columns[place, part], 1.0, work.values)
     for j in range(d):
@@ -326,11 +373,11 @@ def add_set(dims, points, p, tables, place, step, closed, work):
     tables.linear[place, entry] = part
     _set_force(dims, points, p, tables, place, step, closed, work.force)
     series, outputs = tables.shifts[place, entry], tables.shift_outputs[place, entry]
-    series[:, 0] = 0.0
+    series[:] = outputs[:] = tables.shift[place, entry] = 0.0
     _fill_series(dims, tables.duration[place, step], tables.equations[place, part], work.force, series)
     for k in range(ORDER + 1):
         for m in range(len(points.row)):
-            outputs[m, k] = _coefficient(dims, points.row[m], series, k)
+            outputs[m, k] = _output(dims, points, p, tables, place, step, m, series, k)
         velocity = _coefficient(dims, points.velocity[p], series, k)
         outputs[len(points.row), k] = velocity + tables.velocity[place, step, k]
     _make_clear(dims, points, tables, place, step, closed, entry, work.shifted)

@@ -11,8 +11,17 @@ from math import sqrt
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.many_contacts.contact_measures import keep_segment, shift_series
-from gearchaos.flow.kernels.many_contacts.contact_sets import after_step, dot, find_set, mesh_closed, values_at
+from gearchaos.flow.kernels.many_contacts.contact_sets import (
+    after_step,
+    displacement,
+    dot,
+    find_set,
+    mesh_closed,
+    pushing,
+    values_at,
+)
 from gearchaos.flow.kernels.one_spring.contact import NO_ROOT, first_roots
+from gearchaos.flow.kernels.vector.arrays import releases
 from gearchaos.flow.kernels.vector.constants import CHATTER, MAX_SWITCHES, OK, ORDER, WIDTH
 from gearchaos.flow.kernels.vector.simd import bits, broadcast, fma, load, store, vabs, vfma
 
@@ -83,7 +92,16 @@ def _doubtful(points, m, offset, closed, begin, z0, z1, half, second):
 
 
 @inlined
-def _next_switch(dims, points, present, offset, duration, closed, begin, switched, last, work):
+def _slope(series, s):
+    """The derivative of a polynomial at s."""
+    found = ORDER * series[ORDER]
+    for k in range(ORDER - 1, 0, -1):
+        found = fma(found, s, k * series[k])
+    return found
+
+
+@inlined
+def _next_switch(dims, points, p, tables, place, step, closed, begin, switched, last, work):
     """The first root of all gaps after ``begin``, more than 1 if there is none, and the set of contacts that have it;
     negative where a gap is not seen to rise, to fall or to stay positive on the rest of the step.
 
@@ -91,12 +109,17 @@ def _next_switch(dims, points, present, offset, duration, closed, begin, switche
     state at the end of the step. Bounds of the derivatives of a gap are those on the whole step.
     """
     rest, exit_at, switching, first = 1.0 - begin, NO_ROOT, 0, 0
+    present, offset, duration = tables.present[place, step], tables.offset[place, step], tables.duration[place, step]
     for m in range(len(points.row)):
         z = work.outputs[m]
         z0, v0 = z[0], z[1]
         if begin > 0.0:
             z0, v0 = dot(dims, points.row[m], work.after), duration * dot(dims, points.rate[m], work.after)
         z1, v1 = dot(dims, points.row[m], last), duration * dot(dims, points.rate[m], last)
+        if releases(dims) and m >= len(points.in_contact):
+            z0 = displacement(dims, points, p, tables, place, step, m, work.after) if begin > 0.0 else z[0]
+            z1 = displacement(dims, points, p, tables, place, step, m, last)
+            v0, v1 = _slope(z, begin), _slope(z, 1.0)
         second = third = 0.0
         for k in range(ORDER, 2, -2):
             second += k * (k - 1) * abs(z[k]) + (k - 1) * (k - 2) * abs(z[k - 1])
@@ -172,7 +195,8 @@ def _saltate(dims, points, p, closed, after, switching, duration, offset, end, w
     ∓ push D (s'/g') side row·v.
     """
     d = len(dims)
-    for m in range(len(points.row)):
+    closed, after = pushing(dims, points, closed), pushing(dims, points, after)
+    for m in range(len(points.in_contact)):
         change = (1.0 if mesh_closed(points, after, m) else 0.0) - (1.0 if mesh_closed(points, closed, m) else 0.0)
         if not points.in_contact[m] or change == 0.0:
             continue
@@ -210,7 +234,7 @@ def resolve(dims, points, p, tables, place, step, entry, measuring, work):
     for _ in range(MAX_SWITCHES):
         output_series(dims, tables, place, entry, work, measuring)
         after_step(dims, tables, place, entry, work.w, last)
-        end, switching = _next_switch(dims, points, present, offset, duration, closed, begin, switched, last, work)
+        end, switching = _next_switch(dims, points, p, tables, place, step, closed, begin, switched, last, work)
         if end < 0.0:
             end, switching = _search_switch(points, present, offset, closed, begin, switched, work)
         if end < 0.0:
@@ -218,7 +242,7 @@ def resolve(dims, points, p, tables, place, step, entry, measuring, work):
         over, end = end > 1.0, min(end, 1.0)
         after = closed if over else closed ^ switching
         if measuring:
-            keep_segment(points, p, tables, place, step, begin, end, closed, after, work)
+            keep_segment(dims, points, p, tables, place, step, begin, end, closed, after, work)
         if over:
             return entry, OK
         values_at(tables.columns[place, tables.linear[place, entry]], end, work.values)

@@ -9,7 +9,7 @@ depend on the numbers of harmonics H and K and of stiffness levels N are passed 
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from itertools import accumulate
 from math import prod
@@ -27,13 +27,13 @@ CACHE_LINE, PAGE = 64, 4096
 """Bytes in a line of the cache, which is also the size of a vector; bytes in a page of memory."""
 
 
-def aligned(*shape: int, to: int = CACHE_LINE) -> np.ndarray:
-    """An array of zeros (float64) of this shape, whose address is a multiple of ``to`` bytes.
+def aligned(*shape: int, to: int = CACHE_LINE, allocate: Callable[[int], np.ndarray] = np.zeros) -> np.ndarray:
+    """An array (float64) of this shape, by default of zeros, whose address is a multiple of ``to`` bytes.
 
     With a multiple of `CACHE_LINE` no vector lies in two lines of the cache.
     """
     size, step = prod(shape), to // 8
-    padded = np.zeros(size + step)
+    padded = allocate(size + step)
     skip = -(padded.ctypes.data // 8) % step
     return padded[skip : skip + size].reshape(shape)
 
@@ -180,7 +180,7 @@ def dimensions(d: int, law: str) -> tuple[Any, ...]:
 
 def _law(dims: Any) -> str:
     """The damping law of ``dims``, or of its Numba type."""
-    element = getattr(dims, "dtype", None) or typeof(dims[0])
+    element = dims.dtype if isinstance(dims, types.Type) else typeof(dims[0])
     return next(law for law, number in DAMPING_LAWS.items() if typeof(number) == element)
 
 
