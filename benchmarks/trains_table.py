@@ -2,6 +2,7 @@
 
     python benchmarks/trains_table.py                      1000 to 1200 rpm with 8 states after load changes
     python benchmarks/trains_table.py --speed 500:4000 --starts 128 --only idler
+    python benchmarks/trains_table.py --sizes              what a mesh cycle costs by state variables and contacts
 """
 
 from __future__ import annotations
@@ -13,14 +14,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 import gearchaos as gc
 from gearchaos.gears.operation.operating import as_model
+from gearchaos.studies.core.initial_value_problems import initial_value_problems
 from gearchaos.studies.core.price import price
 from gearchaos.studies.speeds import assess
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 STEPS = {"levels": ["3e8 N/m", "2e8 N/m"], "starts": [0, 0.6]}
 MODULE = 1.5e-3  # of base circles, m
+CYCLES = 50  # of which the time is taken
 
 
 def chain(*pairs: tuple[int, int], shafts: bool = False) -> gc.Train:
@@ -77,13 +82,41 @@ def row(name: str, train: gc.Train, speed: str, starts: int) -> str:
             f"{taken:.1f} | {told[0] / taken:.2f} |")
 
 
+def size_row(bodies: int, meshes: int) -> str:
+    """Time of a mesh cycle in contact, and memory, of a chain of equal bodies: meshes 20/20, then shafts."""
+    parts = [gc.Body(name=f"b{i}", inertia=1e-3, torque=200.0 * ((i == 0) - (i == bodies - 1))) for i in range(bodies)]
+    ends = [(f"b{i}", f"b{i + 1}") for i in range(bodies - 1)]
+    radius = 20 * MODULE / 2
+    train = gc.Train(
+        speed=1500.0, bodies=parts,
+        meshes=[gc.Mesh(between=pair, teeth=(20, 20), base_radii=(radius, radius), stiffness=STEPS, damping=700.0,
+                        backlash=1e-4, error_amplitudes=[5e-7]) for pair in ends[:meshes]],
+        shafts=[gc.Shaft(between=pair, stiffness=5e4, damping=2.0) for pair in ends[meshes:]])
+    problem = initial_value_problems(as_model(train))
+    flow, w = problem.flow, np.repeat(problem.w, 8, axis=1)
+    best, points = np.inf, np.zeros(8, int)
+    for _ in range(7):
+        begun = time.thread_time()
+        flow.advance(w, CYCLES, points=points)
+        best = min(best, (time.thread_time() - begun) / (8 * CYCLES))
+    table = sum(array.nbytes for array in flow._tables)
+    return f"| {len(w)} | {meshes} | {flow.step_count[0]} | {1e6 * best:.1f} | {table / 1e6:.1f} |"
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--speed", default="1000:1200", help="range of speeds, rpm")
     parser.add_argument("--starts", type=int, default=8, help="states after load changes at each speed")
     parser.add_argument("--only", default="", help="trains whose name has this text")
+    parser.add_argument("--sizes", action="store_true", help="the table of sizes instead")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
+    if given.sizes:
+        print("| state variables | meshes | steps in a mesh cycle | µs of a mesh cycle | MB of tables |")
+        print("| --- | --- | --- | --- | --- |")
+        for bodies, meshes in ((3, 1), (5, 1), (8, 1), (16, 1), (26, 1), (51, 1), (16, 3), (16, 8), (51, 8)):
+            print(size_row(bodies, meshes), flush=True)
+        raise SystemExit
     print("| train | coordinates | contacts | mesh cycles in a period | price, s | taken, s | ratio |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for name, train in trains():

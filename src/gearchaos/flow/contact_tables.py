@@ -56,8 +56,12 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         a, b, c = (offset[..., k] for k in range(OFFSETS))
         offset = np.stack([a + begin * (b + begin * c), b + 2 * begin * c, c], axis=-1)
     counts = np.ceil(min_steps_per_period(system)[:, None] * np.diff(edges, axis=1) - 1e-9).astype(np.int64)
-    counts = np.maximum(counts, 1)
+    counts, leap = np.maximum(counts, 1), np.zeros_like(counts)
     rows, meshes, releasing = contacts.rows, contacts.meshes, np.flatnonzero(contacts.releases[contacts.meshes])
+    if d > MOST_UNROLLED and len(releasing) == 0:  # each piece in leaps of the same length
+        of_piece = -(-counts // LEAP)
+        leap = -(-counts // of_piece)
+        counts = of_piece * leap
     stiffness, offset = (np.hstack([each, each[:, releasing]]) for each in (stiffness, offset))
     side, count = np.append(contacts.sides, contacts.sides[releasing]).astype(float), len(meshes) + len(releasing)
     row = np.append(np.arange(len(rows)), meshes[releasing])  # the mesh of each row
@@ -69,14 +73,13 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         system.omega, system.A, system.f0, contacts.orders, contacts.f_cos, contacts.f_sin,
         rows[row], unit, contacts.rates[row], contacts.pushes, contacts.damping[:, row],
         contacts.in_contact.astype(np.int64), releasing, np.append(meshes, len(rows) + np.arange(len(releasing))), side,
-        sides, edges,
-        stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, sample,
+        sides, edges, stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, leap, sample,
         np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system),
         _rest(system) if d > MOST_UNROLLED else np.zeros_like(system.f0),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
     steps = counts.sum(axis=1)
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
-    leaps = int((counts // LEAP).sum(axis=1).max()) if d > MOST_UNROLLED and len(releasing) == 0 else 0
+    leaps = int((counts // np.maximum(leap, 1)).sum(axis=1).max()) if leap.any() else 0
     fixed = leaps, len(sample), d, count, len(row)
     sets = min(_SETS, 2**count)
     entries, parts = max(sets * both, LEAP), sets * len(sample) * (2 if np.any(found.span > 1) else 1)

@@ -28,7 +28,7 @@ CLEAR = 4  # numbers of a mesh that `contact_sets.add_set` writes
 MOST_UNROLLED = 8
 """Most coordinates for which kernels are compiled by themselves, 1.2 to 1.7 times faster: it took minutes for 24."""
 LEAP = 2 * WIDTH
-"""Steps that are taken as one in contact, above `MOST_UNROLLED` coordinates, where steps take longer."""
+"""Most steps that are taken as one in contact, above `MOST_UNROLLED` coordinates, where steps take longer."""
 
 
 class ContactPoints(NamedTuple):
@@ -57,6 +57,7 @@ class ContactPoints(NamedTuple):
     stiffness: np.ndarray  # (P, N, C)
     offset: np.ndarray  # (P, N, C, OFFSETS) coefficients in the time since the piece began, in periods
     counts: np.ndarray  # (P, N) int, steps on each piece
+    leap: np.ndarray  # (P, N) int, those of each of its leaps in contact, at most `LEAP`; 0 for no leaps
     sample: np.ndarray  # (N,) int, index of the sample at the start of a piece, or -1
     orthonormalise_every: np.ndarray  # (P,) int, steps between two orthonormalisations
     span: np.ndarray  # (P,) int, steps of free flight that are taken as one, a *leap*; 1 for no leaps
@@ -113,13 +114,13 @@ class StepTables(NamedTuple):
     bends: np.ndarray  # (S, F, R, d) bounds beside ``clear``
     leap_made: np.ndarray  # (S, F) int, 1 where there are the next three
     leap_matrix: np.ndarray  # (S, F, d, V WIDTH) ``matrix`` of a leap
-    leap_rows: np.ndarray  # (S, F, K, d, LEAP) displacements after each of its steps
+    leap_rows: np.ndarray  # (S, F, K, d, LEAP) displacements after each of its steps, then 0
     leap_bends: np.ndarray  # (S, F, K, d) bounds beside ``leap_clear``
     leap_closed: np.ndarray  # (S, G) int, contact set
     leap_part: np.ndarray  # (S, G) int, linear part; -1 where the leap has not been made
     leap_shift: np.ndarray  # (S, G, V WIDTH)
     leap_first: np.ndarray  # (S, G, K, 2) lower and upper limit of the displacements at its start
-    leap_clear: np.ndarray  # (S, G, K, 3, LEAP) after each step: displacements from 0, lower and upper limits
+    leap_clear: np.ndarray  # (S, G, K, 3, LEAP) after each step: displacements from 0, lower and upper limits, then ∞
 
 
 class ContactWork(NamedTuple):

@@ -6,6 +6,8 @@ them, with a bound of how far it is from its chord on a step, comes near a limit
 
 from __future__ import annotations
 
+import numpy as np
+
 from gearchaos.flow.kernels.compilation import inlined, subroutine
 from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP
 from gearchaos.flow.kernels.many_contacts.contact_sets import (
@@ -21,15 +23,16 @@ from gearchaos.flow.kernels.vector.simd import bits, broadcast, fma, load, vfma
 
 
 @subroutine
-def _make_leap_part(dims, points, tables, place, part, power, moved):
-    """Write what leaps with a linear part have in common; ``power`` (d, d) and ``moved`` (d,) are memory."""
+def _make_leap_part(dims, points, tables, place, part, count, power, moved):
+    """Write what leaps of ``count`` steps with a linear part have in common; ``power`` (d, d) and ``moved`` (d,) are
+    memory."""
     d, matrix, bends = len(dims), tables.matrix[place, part], tables.leap_bends[place, part]
     tables.leap_made[place, part] = 1
-    bends[:] = 0.0
+    bends[:] = tables.leap_rows[place, part] = 0.0
     for j in range(d):
         for i in range(d):
             power[j, i] = 1.0 if i == j else 0.0
-    for k in range(LEAP):
+    for k in range(count):
         for j in range(d):
             for m in range(len(points.row)):
                 bend = 0.0
@@ -53,13 +56,14 @@ def _add_leap(dims, points, p, tables, place, step, leap, work):
     Its limits are those of the steps with ``clear``, less how far the displacement is from the chord of each step in
     the motion that begins at rest; ``leap_bends`` are, for each coordinate, that for a difference of 1 from there.
     """
-    d, closed = len(dims), tables.leap_closed[place, leap]
+    d, closed, count = len(dims), tables.leap_closed[place, leap], points.leap[p, tables.piece[place, step]]
     if tables.entries[place] + LEAP > tables.step.shape[1]:
         forget_sets(tables, place)
     clear, first, states = tables.leap_clear[place, leap], tables.leap_first[place, leap], work.states
     for i in range(d):
         states[0, i], states[1, i] = points.rest[p, i], 0.0
-    for k in range(LEAP):
+    clear[:, 0], clear[:, 1], clear[:, 2] = 0.0, -np.inf, np.inf
+    for k in range(count):
         entry = find_set(dims, points, p, tables, place, step + k, closed, work)
         part = tables.linear[place, entry]
         for m in range(len(points.row)):
@@ -80,7 +84,7 @@ def _add_leap(dims, points, p, tables, place, step, leap, work):
     for i in range(d):
         tables.leap_shift[place, leap, i] = states[1, i]
     if tables.leap_made[place, part] < 0:
-        _make_leap_part(dims, points, tables, place, part, work.power, work.after)
+        _make_leap_part(dims, points, tables, place, part, count, work.power, work.after)
     tables.leap_part[place, leap] = part
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import log, sqrt
 
 from gearchaos.flow.kernels.compilation import inlined, main_kernel, subroutine
-from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP, MOST_UNROLLED
+from gearchaos.flow.kernels.many_contacts.contact_arrays import MOST_UNROLLED
 from gearchaos.flow.kernels.many_contacts.contact_leaps import leap_in_contact
 from gearchaos.flow.kernels.many_contacts.contact_measures import keep_segment, load_measures, store_measures
 from gearchaos.flow.kernels.many_contacts.contact_sets import (
@@ -169,7 +169,7 @@ def _run_period(dims, points, call, tables, place, lane, period, measuring, work
         following, taken, leap = -1, 1, tables.leap[place, step]
         if d > MOST_UNROLLED and not measuring and leap >= 0 and closed == tables.leap_closed[place, leap]:
             part = leap_in_contact(dims, points, p, tables, place, step, leap, work)
-            taken = LEAP if part >= 0 else 1
+            taken = points.leap[p, tables.piece[place, step]] if part >= 0 else 1
         elif d == 2 and closed == 0 and leap >= 0:
             following = _leap(dims, points, p, tables, place, leap, measuring, work)
             taken = points.span[p] if following >= 0 else 1

@@ -11,7 +11,7 @@ from math import cos, sin
 import numpy as np
 
 from gearchaos.flow.kernels.compilation import inlined, subroutine
-from gearchaos.flow.kernels.many_contacts.contact_arrays import LEAP, MOST_UNROLLED, OFFSETS
+from gearchaos.flow.kernels.many_contacts.contact_arrays import MOST_UNROLLED, OFFSETS
 from gearchaos.flow.kernels.vector.arrays import releases
 from gearchaos.flow.kernels.vector.constants import ORDER, TWO_PI, WIDTH
 from gearchaos.flow.kernels.vector.simd import broadcast, load, store, vfma
@@ -74,8 +74,7 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
             anew = present & (anew | ~before)
             tables.present[place, step], tables.anew[place, step] = present, anew
             tables.pause[place, step] = anew != 0 or present != before or tables.sample[place, step] >= 0
-            begins = len(dims) > MOST_UNROLLED and i % LEAP == 0 and i + LEAP <= count
-            if begins and leaps < tables.leap_closed.shape[1]:
+            if len(dims) > MOST_UNROLLED and points.leap[p, n] > 0 and i % points.leap[p, n] == 0:
                 tables.leap[place, step], tables.leap_closed[place, leaps] = leaps, 0
                 for e in range(len(points.mesh)):
                     gap = points.side[e] * dot(dims, points.row[points.mesh[e]], points.rest[p]) - offset[0, e]

@@ -81,7 +81,7 @@ def contact_shares(dims, points, p, tables, work, vectors, moved, shares):
         if part >= 0:
             _use_in_leap(dims, points, p, tables, place, leap, part, work.w, vectors, shares)
             advance_tangents(dims, tables.leap_matrix[place, part], vectors, work.last)
-            step += LEAP
+            step += points.leap[p, tables.piece[place, step]]
         else:
             entry = find_set(dims, points, p, tables, place, step, closed, work)
             after_step(dims, tables, place, entry, work.w, work.after)
