@@ -85,6 +85,8 @@ def datasheet(design: GearDesign, names: Collection[str] = ()) -> dict[str, Entr
             reason, expected = error.args[0], len(error.args) > 1
         except InputError as error:
             reason = str(error)
+        if isinstance(value, tuple):  # wheel 2 has no root form diameter where it is a ring, nor others of the kind
+            value = tuple(v for v in value if math.isfinite(v))
         if value is not None and formula.factor != 1.0:  # whole numbers stay so
             value = tuple(v * formula.factor for v in value) if isinstance(value, tuple) else value * formula.factor
         entries[name] = Entry(
@@ -137,7 +139,7 @@ class _Results:
         return root_factors(self.geometry)
 
     @property
-    def root_stress(self) -> tuple[float, float]:
+    def root_stress(self) -> tuple[float, ...]:
         return root_stress(self.geometry, self.design.given("torque"))
 
     @cached_property
@@ -383,4 +385,5 @@ _GROUPS: dict[str, dict[str, _Row]] = {
 def pair_title(design: GearDesign) -> str:
     """Kind, teeth and module of a pair."""
     kind = "Helical" if design.helix_angle else "Spur"
+    kind += " internal" * design.internal
     return f"{kind} gear pair {design.teeth[0]}/{design.teeth[1]}, module {design.module * 1e3:.6g} mm"

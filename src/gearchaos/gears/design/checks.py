@@ -14,7 +14,7 @@ from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE
 from gearchaos.gears.geometry.mechanics import PLASTIC_MODULUS, disc_diameter, disc_inertia, disc_mass, mesh_load
 from gearchaos.gears.io import units
 from gearchaos.gears.io.fields import check_plausible, check_toothing
-from gearchaos.gears.stiffness import methods
+from gearchaos.gears.stiffness import methods, other_methods
 from gearchaos.gears.stiffness.iso6336 import ISO, LOW_LINE_LOAD
 from gearchaos.gears.transmission_error.harmonics import BOUND, FROM_QUALITY
 from gearchaos.gears.transmission_error.tip_relief import unrelieved_length
@@ -36,14 +36,17 @@ def check_inputs(design: Drawing) -> None:
     """Raise `InputError` for slips of units and impossible racks, before what follows from the geometry is checked."""
     module = design.module
     check_toothing(module, design.pressure_angle, design.helix_angle)
-    transverse = module / math.cos(design.helix_angle)
+    transverse, kind = module / math.cos(design.helix_angle), design.geometry_kind
+    if design.internal:
+        _check_ring(design)
     for wheel, width in enumerate(design.face_width):
         check_plausible(f"face_width[{wheel}]", width, 0.1 * module, 20 * transverse * max(design.teeth),
                         "It is between a tenth of the module and 20 reference diameters.")
     if design.centre_distance is not None:
-        reference = transverse * sum(design.teeth) / 2
+        reference = transverse * kind.sum_of(design.teeth) / 2
         nominal = units.Length(reference, design.centre_distance)
-        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference,
+        most = 2 if design.internal else 1.3  # with few teeth of difference rings are cut with large shifts
+        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, most * reference,
                         f"Without profile shift it is {nominal} for these teeth and this module.")
     alterations = () if design.tip_alteration == KEEP_CLEARANCE else design.tip_alteration
     for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
@@ -56,13 +59,34 @@ def check_inputs(design: Drawing) -> None:
             raise InputError("tip_alteration", "must be left out beside tip_diameter", shown)
         for wheel, shift in enumerate(design.profile_shift or (0.0, 0.0)):
             diameter = design.tip_diameter[wheel]
-            nominal = transverse * design.teeth[wheel] + 2 * module * (design.rack.addendum + shift)
+            height = kind.signs[wheel] * module * (design.rack.addendum + shift)
+            nominal = transverse * design.teeth[wheel] + 2 * height
             check_plausible(f"tip_diameter[{wheel}]", diameter, nominal - 2 * module, nominal + 2 * module,
                             f"The nominal tip diameter is {units.Length(nominal, diameter)}.")
     check_rack(design.rack, design.pressure_angle)
     if design.quality is not None and design.quality.deviations is not None and design.transmission_error != BOUND:
         raise InputError("quality.deviations", f'must be left out unless transmission_error = "{BOUND}"',
                          design.quality.deviations, "They make the error from what the grade permits.")
+
+
+def _check_ring(design: Drawing) -> None:
+    """Raise `InputError` for what an internal pair cannot have, or what is known of external teeth alone."""
+    if design.teeth[0] >= design.teeth[1]:
+        raise InputError("teeth", "must have the ring second, with more teeth than the pinion", list(design.teeth),
+                         "Wheel 1, the pinion, drives. Where the ring drives, the pinion drives with its other flanks.")
+    if design.bore is not None:
+        raise InputError("bore", "must be left out beside internal", [units.Length(each) for each in design.bore],
+                         "A ring has none. Give inertia, and mass with supports.")
+    if design.blanks[1] is not None:
+        raise InputError("blank[1]", "must be 'solid' beside internal", "a rim and a web",
+                         "C_R of ISO 6336-1 is that of a web: a ring counts as rigid.")
+    if any(fault.drawn for fault in design.faults):
+        raise InputError("faults", "must not have a crack_depth beside internal", "a crack",
+                         "What it takes away is known of external teeth: give stiffness_loss.")
+    if isinstance(design.stiffness, str) and methods()[design.stiffness].external_only:
+        raise InputError("stiffness", f"must be by {ISO} or from a table beside internal", design.stiffness,
+                         "The root of a ring's tooth is that of its cutter. " + other_methods(
+                             design.stiffness, design.geometry))
 
 
 def check_load_sharing(design: Drawing) -> None:
@@ -116,10 +140,12 @@ def check_wheels(design: Drawing) -> None:
             check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5,
                             "It is at most a fifth of a module.")
         for wheel, start in enumerate(design.tip_relief.start_diameter or ()):
-            check_plausible(f"tip_relief.start_diameter[{wheel}]", start, geometry.start_of_active_profile[wheel],
-                            geometry.tip_diameter[wheel], "It lies between the start of active profile and the tip.")
+            ends = sorted((geometry.start_of_active_profile[wheel], geometry.tip_diameter[wheel]))
+            check_plausible(f"tip_relief.start_diameter[{wheel}]", start, *ends,
+                            "It lies between the start of active profile and the tip.")
             if start == geometry.tip_diameter[wheel] and design.tip_relief.amount[wheel]:
-                raise InputError(f"tip_relief.start_diameter[{wheel}]", "must be smaller than the tip diameter",
+                raise InputError(f"tip_relief.start_diameter[{wheel}]", f"must be {'smaller' if geometry.signs[wheel] > 0 else 'greater'} than "
+                                 "the tip diameter",
                                  units.Shown(start, start), "A relief of no length has no effect: leave it out.")
     if design.speed is not None:
         check_speed_range(design, design.speed)

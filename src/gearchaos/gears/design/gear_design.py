@@ -13,7 +13,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.design.checks import check_inputs, check_load_sharing, check_wheels, design_warnings
 from gearchaos.gears.design.drawing import Drawing
 from gearchaos.gears.design.inputs import TEETH
-from gearchaos.gears.design.values import INTERNAL, Choice, DrawnPitch, TableFile, method_in_words, module_of
+from gearchaos.gears.design.values import Choice, DrawnPitch, TableFile, method_in_words, module_of
 from gearchaos.gears.geometry.backlash import check_backlash
 from gearchaos.gears.geometry.checks import check_geometry
 from gearchaos.gears.geometry.mechanics import PLASTIC_MODULUS
@@ -40,7 +40,7 @@ FREQUENCIES = ("shaft_frequency", "mesh_frequency")
 
 @dataclass(frozen=True, kw_only=True)
 class GearDesign(Drawing, HasCard):
-    """An external spur or helical gear pair as its drawing describes it; wheel 1 drives.
+    """A spur or helical gear pair as its drawing describes it; wheel 1 drives.
 
     A value with a unit is a number in SI, a text such as ``"8 mm"`` or a pint quantity. It is kept as a number in SI,
     what belongs to each wheel as a tuple of two; speeds are in rpm. Where one value may stand for two, it holds for
@@ -51,6 +51,10 @@ class GearDesign(Drawing, HasCard):
     ----------
     teeth : (int, int)
         z1, z2.
+    internal : bool, optional
+        Whether wheel 2 is a ring, with internal teeth; by default both are external. Teeth, diameters and the centre
+        distance stay positive, and profile shifts have the signs of ISO 21771: a positive one moves the teeth of the
+        ring inwards. Inertias must be given.
     module : length
         Normal module m_n; or leave it out and give ``diametral_pitch``.
     diametral_pitch : float or str
@@ -205,8 +209,6 @@ class GearDesign(Drawing, HasCard):
         for table, given, names in (("design", design, known), ("operation", operation, (*OPERATION, *FREQUENCIES))):
             for name in given:
                 if name not in names:
-                    if name == "internal":
-                        raise InputError(f"[{table}]", "must have no key internal", given[name], INTERNAL)
                     raise unknown_key(f"[{table}]", name, given[name], names, {f.name: f for f in fields(cls)})
         if missing := [name for name in ("teeth", "module", "face_width") if name not in design and not (
                 name == "module" and "diametral_pitch" in design)]:
@@ -243,7 +245,8 @@ class GearDesign(Drawing, HasCard):
             If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
         """
         weighed = self.mass is not None or (self.inertia is not None and self.supports is None)
-        needed = [*["quality"] * (self.transmission_error in FROM_QUALITY), *["bore"] * (not weighed),
+        needed = [*["quality"] * (self.transmission_error in FROM_QUALITY),
+                  *(["inertia", *["mass"] * (self.supports is not None)] if self.internal else ["bore"] * (not weighed)),
                   *(() if isinstance(self.stiffness, TableFile) else methods()[self.stiffness].needs),
                   "backlash", "damping_ratio", "speed", "torque"]
         self.require(dict.fromkeys(needed))

@@ -13,6 +13,7 @@ from gearchaos.gears.design.values import ErrorTable, OrdersFile, Rack, ReliefDi
 from gearchaos.gears.geometry import mechanics
 from gearchaos.gears.geometry.backlash import OF, AnyBacklash, backlash_of, check_backlash
 from gearchaos.gears.geometry.dimensions import Geometry, Pair, mating_geometry
+from gearchaos.gears.geometry.internal import InternalGeometry
 from gearchaos.gears.io.fields import Reader, name_of, number, one, read_by, record, two, whole
 from gearchaos.gears.io.units import ANGLE, INERTIA, LENGTH, MASS, RPM, SPEED, TORQUE, to_si
 from gearchaos.gears.stiffness import methods, other_methods
@@ -35,6 +36,7 @@ class Inputs(Damped):
     """
 
     teeth: Any = field(metadata=read_by(TEETH))
+    internal: bool = field(default=False, metadata=read_by(values.yes_or_no))
     module: Any = field(default=None, metadata=read_by(one(LENGTH, POSITIVE)))
     diametral_pitch: InitVar[Any] = None
     face_width: Any = field(metadata=read_by(_POSITIVE_LENGTHS))
@@ -52,8 +54,10 @@ class Inputs(Damped):
     bore: Any = field(default=None, metadata=read_by(
         _LENGTHS, "The mass of a wheel follows from its bore, 0 for a disc without one; or give inertia and mass."))
     blank: Any = field(default=values.SOLID, metadata=read_by(two(values.read_blank)))
-    inertia: Any = field(default=None, metadata=read_by(two(one(INERTIA, POSITIVE))))
-    mass: Any = field(default=None, metadata=read_by(two(one(MASS, POSITIVE))))
+    inertia: Any = field(default=None, metadata=read_by(
+        two(one(INERTIA, POSITIVE)), "A ring is no disc: give the inertias of both wheels."))
+    mass: Any = field(default=None, metadata=read_by(
+        two(one(MASS, POSITIVE)), "A ring is no disc: give the masses of both wheels."))
     quality: Quality | Any = field(default=None, metadata=read_by(
         Reader(values.read_quality, parts={
             "standard": name_of(*editions()), "grade": two(whole("must be a grade", 0))}),
@@ -97,13 +101,18 @@ class Inputs(Damped):
             known = {f.name: f.metadata["advice"] for f in fields(self)}
             raise InputError(subject, "must be given", None, " ".join(filter(None, (known[n] for n in missing))))
 
+    @property
+    def geometry_kind(self) -> type[Geometry]:
+        return InternalGeometry if self.internal else Geometry
+
     @cached_property
     def geometry(self) -> Geometry:
         values = {
             "teeth": self.teeth, "normal_module": self.module, "pressure_angle": self.pressure_angle,
             "helix_angle": self.helix_angle, "face_width": self.face_width, "addendum": self.rack.addendum,
             "dedendum": self.rack.dedendum, "root_radius": self.rack.root_radius}
-        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter)
+        return mating_geometry(values, self.centre_distance, self.profile_shift, self.tip_alteration, self.tip_diameter,
+                               self.geometry_kind)
 
     @property
     def backlash_line_of_action(self) -> float:
@@ -113,8 +122,8 @@ class Inputs(Damped):
     @property
     def masses(self) -> Pair:
         """Masses of the wheels, kg; raises `InputError` if neither mass nor bore is given."""
-        if self.mass is not None:
-            return self.mass
+        if self.mass is not None or self.internal:
+            return self.given("mass")  # type: ignore[no-any-return]
         diameters, bores = mechanics.disc_diameter(self.geometry), self.given("bore")
         first, second = (mechanics.disc_mass(d, bore, width, material.density) for d, bore, width, material in zip(
             diameters, bores, self.face_width, self.material, strict=True))
@@ -123,8 +132,8 @@ class Inputs(Damped):
     @property
     def inertias(self) -> Pair:
         """Moments of inertia of the wheels, kg m²; raises `InputError` if inertia, mass and bore are all left out."""
-        if self.inertia is not None:
-            return self.inertia
+        if self.inertia is not None or self.internal:
+            return self.given("inertia")  # type: ignore[no-any-return]
         discs = zip(mechanics.disc_diameter(self.geometry), self.bore or (0.0, 0.0), self.masses, strict=True)
         first, second = (mechanics.disc_inertia(*each) for each in discs)
         return first, second

@@ -171,15 +171,10 @@ def module_of(diametral_pitch: Any) -> units.Measured:
     return units.Measured(INCH / number, "in", INCH)
 
 
-INTERNAL = ("An internal gear pair is a mesh of a [train]: positive numbers of teeth, internal = true, base radii "
-            "m_t z cos(α_t)/2 and a stiffness. In a planetary set, [train.planets], with the design of sun and planets "
-            "both are computed, the stiffness by ISO 6336-1. A [design] computes external teeth alone.")
-"""What to do with the drawing of an internal gear pair."""
-
-
 def tooth_count(field: str, value: Any) -> int:
     if isinstance(value, int) and not isinstance(value, bool) and value < 0:
-        raise InputError(field, "must be greater than 0", value, INTERNAL)
+        raise InputError(field, "must be greater than 0", value, "For a pinion in a ring write positive numbers, that "
+                         "of the ring second, and internal = true. Profile shifts keep the signs of ISO 21771.")
     return units.teeth(field, value)
 
 

@@ -27,7 +27,7 @@ OF = tuple(f"{kind}, {part}" for kind in _KINDS for part in ("total", "half"))
 - ``circumferential``: j_wt, the arc on the working pitch circles;
 - ``reference circle``: j_t, the arc on the reference circle of the wheel that is turned while the other is held;
 - ``normal``: j_bn, the shortest distance of the flanks, normal to them;
-- ``radial``: j_r, the decrease of the centre distance that closes the backlash;
+- ``radial``: j_r, the decrease of the centre distance that closes the backlash, of an internal pair the increase;
 - ``angle of wheel 1``: j_φ, the angle by which wheel 1 turns while wheel 2 is held; or the other way round.
 
 ISO 21771:2007 and ISO/TR 10064-2:1996 define j_wt, j_bn and j_r. A direction alone means the total.
@@ -126,7 +126,8 @@ class ThicknessAllowances(Record):
 
     def along_line_of_action(self, geometry: Geometry) -> float:
         """j_bt, total, m, at the limit ``at``."""
-        least, greatest = self._limit(geometry, 0, 1), self._limit(geometry, 1, 0)
+        nearest = int(geometry.signs[1] > 0)  # teeth are closest at the least distance, of a ring at the greatest
+        least, greatest = self._limit(geometry, 0, nearest), self._limit(geometry, 1, 1 - nearest)
         return {"minimum": least, "maximum": greatest, "mean": (least + greatest) / 2}[self.at]
 
     def _limit(self, geometry: Geometry, thickness: int, distance: int) -> float:

@@ -9,6 +9,7 @@ from typing import Any
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.dimensions import Geometry, shift_sum
+from gearchaos.gears.geometry.internal import InternalGeometry
 from gearchaos.gears.io.units import Length
 
 LEAST_TIP_THICKNESS = 0.2  # tip thickness in normal modules below which there is a warning, ISO 21771:2007 7.9
@@ -46,7 +47,12 @@ def check_geometry(geometry: Geometry) -> None:
     shown = partial(Length, like=geometry.normal_module)
     for wheel in (0, 1):
         root, tip, base = geometry.root_diameter[wheel], geometry.tip_diameter[wheel], geometry.base_diameter[wheel]
-        if root <= 0 or tip <= max(base, root):
+        if geometry.signs[wheel] < 0 and not base < tip < root:
+            raise InputError(
+                f"tip_diameter[{wheel}]", f"must lie between those of the base circle, {shown(base)}, and of the root, "
+                f"{shown(root)}", shown(tip), "The tip of a ring is its inner circle, on the involute. Check the rack, "
+                "profile_shift, positive inwards, and tip_alteration.")
+        if geometry.signs[wheel] > 0 and (root <= 0 or tip <= max(base, root)):
             raise InputError(
                 f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {shown(base)}, and of the "
                 f"root, {shown(root)}, and these greater than 0", shown(tip),
@@ -62,22 +68,38 @@ def check_geometry(geometry: Geometry) -> None:
                 f"The tip of wheel {wheel + 1} touches the root of wheel {2 - wheel}. Shorten the teeth by a negative "
                 "tip_alteration or 'keep clearance', or give smaller profile shifts or tip diameters.")
         start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
+        if geometry.signs[wheel] < 0:
+            if start >= root:
+                raise InputError(f"start_of_active_profile[{wheel}]", f"must be below the root diameter, {shown(root)}",
+                                 shown(start), f"The tip of wheel {2 - wheel} meets the root of the ring. Shorten its "
+                                 "teeth by tip_alteration.")
+            continue  # its fillet is that of a cutter
         if not start >= form:  # also if start is not a number
             undercut = geometry.profile_shift[wheel] < (least := geometry.undercut_shift[wheel])
+            base, ring = (d / 2 for d in geometry.base_diameter)
+            inner = 2 * math.hypot(ring, geometry.tangent_length + math.sqrt(max(form**2 / 4 - base**2, 0.0)))
             raise InputError(
                 f"start_of_active_profile[{wheel}]", f"must not be below the root form diameter, {shown(form)}",
                 "a contact below the base circle" if math.isnan(start) else shown(start),
                 f"The tip of wheel {2 - wheel} meets the root of wheel {wheel + 1} where its flank is no involute. "
                 f"Give wheel {wheel + 1} a larger profile_shift, or shorten the teeth of wheel {2 - wheel} by "
-                "tip_alteration." + f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." * undercut)
+                "tip_alteration." + f" Without undercut profile_shift[{wheel}] is at least {least:.4g}." * undercut
+                + f" The ring clears it with a tip_diameter from {shown(inner)} on." * (geometry.signs[1] < 0))
         if enters_fillet(geometry, wheel):
             mate, depth = 1 - wheel, interference_depth(geometry, wheel) * 1e6
             raise InputError(
-                f"tip_diameter[{mate}]", f"must be at most {shown(largest_tip_diameter(geometry, wheel))}",
+                f"tip_diameter[{mate}]",
+                f"must be at {'most' if geometry.signs[mate] > 0 else 'least'} "
+                f"{shown(largest_tip_diameter(geometry, wheel))}",
                 shown(geometry.tip_diameter[mate]),
                 f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, "
                 f"by {depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a "
                 "smaller root_radius or a larger dedendum.")
+    if isinstance(geometry, InternalGeometry) and geometry.tip_gap <= 0:
+        raise InputError("teeth", "must leave the tips room to pass each other after contact", list(geometry.teeth),
+                         f"They collide by {-geometry.tip_gap * 1e6:.4g} µm on the tip circle of the ring. Give the "
+                         "ring more teeth, shorten the teeth by a negative tip_alteration, or give a larger "
+                         "centre_distance with shifts for it.")
     if geometry.contact_ratio < 1:
         raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
                          "Between two pairs of teeth there would be none in contact. Give more addendum, a smaller "
@@ -122,14 +144,16 @@ def interference_depth(geometry: Geometry, wheel: int) -> float:
 
     def turned(angle: float) -> float:
         """ψ − t z_mate/z for the angle t of the corner from the line of centres."""
-        return math.atan2(tip * math.sin(angle), distance - tip * math.cos(angle)) - ratio * angle
+        return math.atan2(tip * math.sin(angle), sign * (distance - tip * math.cos(angle))) - ratio * angle
 
+    sign = geometry.signs[mate]
     start = math.atan2(geometry.tip_tangents[mate], geometry.base_diameter[mate] / 2) - geometry.working_pressure_angle
+    start *= sign
     offset = tooth.flank_position(start_radius) - turned(start)
     first, last, depth = tooth.form_slope, math.pi / 2, -math.inf
     for i in range(_FILLET_POINTS + 1):
         radius, position = tooth.fillet(first + (last - first) * i / _FILLET_POINTS)
-        if distance - tip < radius <= start_radius:
+        if abs(distance - tip) < radius <= start_radius:
             cosine = (distance**2 + tip**2 - radius**2) / (2 * distance * tip)
             angle = math.copysign(1.0, start) * math.acos(min(cosine, 1.0))
             depth = max(depth, (offset + turned(angle) - position) * radius)
@@ -142,11 +166,12 @@ def enters_fillet(geometry: Geometry, wheel: int) -> bool:
 
 
 def largest_tip_diameter(geometry: Geometry, wheel: int) -> float:
-    """The largest tip diameter of the mate that does not enter the fillet of one wheel, m, by bisection."""
+    """The largest tip diameter of the mate, of a ring the smallest, that does not enter the fillet of one wheel, m, by
+    bisection."""
     mate, own = 1 - wheel, geometry.tip_alteration
     least, most = own[mate] - geometry.normal_module, own[mate]
     for _ in range(40):
         middle = (least + most) / 2
         shortened = replace(geometry, tip_alteration=(own[0], middle) if mate else (middle, own[1]))
         least, most = (least, middle) if enters_fillet(shortened, wheel) else (middle, most)
-    return geometry.tip_diameter[mate] + 2 * (least - own[mate])
+    return geometry.tip_diameter[mate] + 2 * geometry.signs[mate] * (least - own[mate])

@@ -34,20 +34,26 @@ def corner_gap(geometry: Geometry, beyond: np.ndarray, *, leaving: bool) -> np.n
 
     The corner, turned on by x/r_b1, is at the radius R and the polar angle φ about the mate, from the line of centres
     on. The mate's involute through the end of the path passes it when the mate has turned by θ. With the radius of
-    curvature ρ at the end, θ = ρ/r_b2 − α_wt − inv α(R) − φ and cos α(R) = r_b2/R. So the gap is x − r_b2 θ.
+    curvature ρ at the end, θ = ρ/r_b2 − α_wt − inv α(R) − φ and cos α(R) = r_b2/R. So the gap is x − r_b2 θ. Of a ring
+    the signs change of what ISO 21771 has negative there.
     """
     own, mate = (0, 1) if leaving else (1, 0)
+    sign, sign_mate = geometry.signs[own], geometry.signs[mate]
     x = np.asarray(beyond, float)
     base, base_mate = geometry.base_diameter[own] / 2, geometry.base_diameter[mate] / 2
     tangent, working = geometry.tip_tangents[own], geometry.working_pressure_angle
-    turned = working - math.atan2(tangent, base) - x / base
+    turned = sign * (working - math.atan2(tangent, base)) - x / base
     tip = math.hypot(tangent, base)
-    to_centre, across = geometry.centre_distance - tip * np.cos(turned), tip * np.sin(turned)
+    to_centre, across = sign * (geometry.centre_distance - sign_mate * tip * np.cos(turned)), tip * np.sin(turned)
     radius = np.hypot(to_centre, across)
     with np.errstate(invalid="ignore"):
         rolled = np.sqrt((radius - base_mate) * (radius + base_mate)) / base_mate  # tan α(R)
-    angle = (geometry.tangent_length - tangent) / base_mate - working - (rolled - np.arctan(rolled))
-    on_involute = (radius >= geometry.root_form_diameter[mate] / 2) & (radius <= geometry.tip_diameter[mate] / 2)
+    end = sign * (geometry.tangent_length - sign_mate * tangent)
+    angle = sign_mate * (end / base_mate - working - (rolled - np.arctan(rolled)))
+    # the involute of a ring is known inside the circle to which its mate reaches
+    root = (geometry.root_form_diameter if sign_mate > 0 else geometry.start_of_active_profile)[mate] / 2
+    on_involute = (sign_mate * radius >= sign_mate * root) & (
+        sign_mate * radius <= sign_mate * geometry.tip_diameter[mate] / 2)
     return np.where(on_involute, x - base_mate * (angle - np.arctan2(across, to_centre)), np.nan)
 
 

@@ -1,4 +1,4 @@
-"""`Geometry`: the dimensions of an external cylindrical gear pair by ISO 21771:2007, also from those of a drawing.
+"""`Geometry`: the dimensions of a cylindrical gear pair by ISO 21771:2007, also from those of a drawing.
 
 Lengths are in m, angles in rad, and values of both wheels are tuples of two; wheel 1 drives. Contact quantities are
 those of the transverse plane along the line of action. Dimensions are nominal: the reduction of the tooth thickness
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from gearchaos.errors import InputError
 from gearchaos.gears.geometry.tooth_root import GeneratedTooth, inverse_involute, involute
@@ -25,6 +25,8 @@ Pair = tuple[float, float]  # the values of wheel 1 and wheel 2
 class Geometry:
     """Dimensions of an external gear pair, ISO 21771:2007, from the fields, which `gearchaos.GearDesign` checks."""
 
+    signs: ClassVar[tuple[int, int]] = (1, 1)  # which ISO 21771 gives to the numbers of teeth: -1 to that of a ring
+
     teeth: tuple[int, int]
     normal_module: float
     pressure_angle: float  # α_n
@@ -36,6 +38,11 @@ class Geometry:
     dedendum: float = 1.25
     root_radius: float = 0.38
     tip_alteration: Pair = (0.0, 0.0)  # k m_n, negative for a tooth that is shortened at the tip
+
+    @classmethod
+    def sum_of(cls, values: Pair) -> float:
+        """The sum of a value of both wheels; of an internal pair that of the ring less that of the pinion."""
+        return cls.signs[1] * values[0] + values[1]
 
     @property
     def gear_ratio(self) -> float:
@@ -66,12 +73,12 @@ class Geometry:
     def tip_diameter(self) -> Pair:
         shifts, alterations, diameters = self.profile_shift, self.tip_alteration, self.reference_diameter
         heights = [(x + self.addendum) * self.normal_module + k for x, k in zip(shifts, alterations, strict=True)]
-        return diameters[0] + 2 * heights[0], diameters[1] + 2 * heights[1]
+        return diameters[0] + 2 * heights[0], diameters[1] + 2 * self.signs[1] * heights[1]
 
     @property
     def root_diameter(self) -> Pair:
         depths = [(self.dedendum - x) * self.normal_module for x in self.profile_shift]
-        return self.reference_diameter[0] - 2 * depths[0], self.reference_diameter[1] - 2 * depths[1]
+        return self.reference_diameter[0] - 2 * depths[0], self.reference_diameter[1] - 2 * self.signs[1] * depths[1]
 
     @property
     def working_pressure_angle(self) -> float:
@@ -80,7 +87,7 @@ class Geometry:
     @property
     def working_diameter(self) -> Pair:
         """Pitch diameters, m."""
-        unit = 2 * self.centre_distance / sum(self.teeth)
+        unit = 2 * self.centre_distance / self.sum_of(self.teeth)
         return self.teeth[0] * unit, self.teeth[1] * unit
 
     @cached_property
@@ -107,7 +114,7 @@ class Geometry:
 
     def length_to_tip(self, wheel: int, diameter: float) -> float:
         """Length along the line of action between a circle and the tip circle of one wheel; wheel 1 is 0."""
-        return self.tip_tangents[wheel] - _tangent(diameter, self.base_diameter[wheel])
+        return self.signs[wheel] * (self.tip_tangents[wheel] - _tangent(diameter, self.base_diameter[wheel]))
 
     @property
     def least_contact(self) -> str:
@@ -120,8 +127,8 @@ class Geometry:
         """Diameters, m, beyond which one tooth pair of spur gears more shares the load: the highest points of single
         contact, or of `least_contact`. A tip relief from there on reaches over the whole of double contact."""
         shared = self.path_of_contact - math.floor(self.contact_ratio) * self.base_pitch
-        first, second = (2 * math.hypot(d / 2, tip - shared)
-                         for d, tip in zip(self.base_diameter, self.tip_tangents, strict=True))
+        first, second = (2 * math.hypot(d / 2, tip - sign * shared)
+                         for d, tip, sign in zip(self.base_diameter, self.tip_tangents, self.signs, strict=True))
         return first, second
 
     @property
@@ -177,8 +184,9 @@ class Geometry:
         found = []
         for wheel, (tip, base) in enumerate(zip(self.tip_diameter, self.base_diameter, strict=True)):
             angle = math.pi / 2 + 2 * self.profile_shift[wheel] * math.tan(self.pressure_angle)  # s_t/m_t, Eq. (39)
-            at_tip = involute(math.atan2(2 * self.tip_tangents[wheel], base))
-            thickness = tip * (angle / self.teeth[wheel] + involute(self.transverse_pressure_angle) - at_tip)
+            at_tip, sign = involute(math.atan2(2 * self.tip_tangents[wheel], base)), self.signs[wheel]
+            thickness = tip * (angle / self.teeth[wheel] + sign * involute(self.transverse_pressure_angle)
+                               - sign * at_tip)
             ratio = tip / self.reference_diameter[wheel]
             found.append(thickness * math.cos(math.atan(ratio * math.tan(self.helix_angle))))
         return found[0], found[1]
@@ -196,7 +204,7 @@ class Geometry:
         """
         opening = involute(self.working_pressure_angle) - involute(self.transverse_pressure_angle)
         filling = 2 * sum(self.profile_shift) * math.tan(self.pressure_angle)
-        return self.base_pitch / math.pi * (sum(self.teeth) * opening - filling)
+        return self.base_pitch / math.pi * (self.signs[1] * self.sum_of(self.teeth) * opening - filling)
 
 
 def _tangent(diameter: float, base_diameter: float) -> float:
@@ -211,9 +219,9 @@ _NEGLIGIBLE_SHIFT = 1e-3  # largest sum of profile shift coefficients that the r
 
 def mating_geometry(
     values: dict[str, Any], centre_distance: float | None, profile_shift: Pair | None, tip_alteration: Pair | str,
-    tip_diameter: Pair | None = None,
+    tip_diameter: Pair | None = None, kind: type[Geometry] = Geometry,
 ) -> Geometry:
-    """The geometry of a pair, with what is left out computed; ``values`` are the other fields of `Geometry`.
+    """The geometry of a pair of this kind, with what is left out computed; ``values`` are its other fields.
 
     A centre distance that is left out is that without backlash, ISO 21771:2007 Eqs. (54) and (55). Profile shifts that
     are left out are 0. A tip diameter determines the tip alteration instead. Raises `InputError` if the shifts are left
@@ -222,41 +230,45 @@ def mating_geometry(
     """
     shifts = (0.0, 0.0) if profile_shift is None else profile_shift
     distance = math.inf if centre_distance is None else centre_distance
-    given = Geometry(**values, profile_shift=shifts, centre_distance=distance)
-    reference = sum(given.reference_diameter) / 2  # a_d = (d1 + d2)/2
+    given = kind(**values, profile_shift=shifts, centre_distance=distance)
+    reference, teeth = kind.sum_of(given.reference_diameter) / 2, kind.signs[1] * kind.sum_of(given.teeth)
     if centre_distance is None:
         distance = reference
         if sum(shifts):  # without backlash a = (d_b1 + d_b2)/(2 cos α_wt)
             at_reference, tangent = involute(given.transverse_pressure_angle), math.tan(given.pressure_angle)
-            if (value := at_reference + 2 * sum(shifts) * tangent / sum(given.teeth)) <= 0:
-                least = -sum(given.teeth) * at_reference / (2 * tangent)  # at which α_wt without backlash is 0
-                raise InputError("profile_shift", f"must have a sum above {least:.4g} for these teeth", shifts,
-                                 "With less the teeth are so thin that no centre distance closes the backlash.")
-            distance = sum(given.base_diameter) / (2 * math.cos(inverse_involute(value)))
+            if (value := at_reference + 2 * sum(shifts) * tangent / teeth) <= 0:
+                bound = -teeth * at_reference / (2 * tangent)  # at which α_wt without backlash is 0
+                side, thin = ("above", "With less the teeth are so thin that no centre distance closes the backlash.")
+                if teeth < 0:
+                    side, thin = "below", "With more the teeth of pinion and ring are too thick at any centre distance."
+                raise InputError("profile_shift", f"must have a sum {side} {bound:.4g} for these teeth", shifts, thin)
+            distance = kind.sum_of(given.base_diameter) / (2 * math.cos(inverse_involute(value)))
         given = replace(given, centre_distance=distance)
-    least, distance = sum(given.base_diameter) / 2, given.centre_distance
+    least, distance = kind.sum_of(given.base_diameter) / 2, given.centre_distance
     if distance <= least:  # there would be no line of action
         raise InputError(
-            "centre_distance", f"must be greater than {Length(least, distance)}, the sum of the base radii",
-            Length(distance, distance), f"Without profile shift it is {Length(reference, distance)}.")
+            "centre_distance", f"must be greater than {Length(least, distance)}, the "
+            f"{'sum' if teeth > 0 else 'difference'} of the base radii", Length(distance, distance),
+            f"Without profile shift it is {Length(reference, distance)}.")
     if profile_shift is None and abs(needed := shift_sum(given)) > _NEGLIGIBLE_SHIFT:
         raise InputError(
             "profile_shift", f"must be given with this centre distance, with a sum of {needed:.6g}", None,
             "Split this sum between the wheels, e.g. in favour of the pinion: there is no split that fits every pair. "
             f"Or leave out centre_distance; without profile shift it is {Length(reference, centre_distance)}.")
     if tip_diameter is not None:
-        first, second = ((own - nominal) / 2 for own, nominal in zip(tip_diameter, given.tip_diameter, strict=True))
+        first, second = (sign * (own - nominal) / 2 for sign, own, nominal in zip(
+            kind.signs, tip_diameter, given.tip_diameter, strict=True))
         return replace(given, tip_alteration=(first, second))
     if not isinstance(tip_alteration, str):
         return replace(given, tip_alteration=tip_alteration)
-    shortening = min(given.centre_distance - reference - sum(shifts) * given.normal_module, 0.0)
+    shortening = min(kind.signs[1] * (given.centre_distance - reference) - sum(shifts) * given.normal_module, 0.0)
     return replace(given, tip_alteration=(shortening, shortening))
 
 
 def shift_sum(geometry: Geometry) -> float:
     """x1 + x2 = (z1 + z2)(inv α_wt − inv α_t)/(2 tan α_n): the sum without backlash, ISO 21771:2007 Eq. (62)."""
     opening = involute(geometry.working_pressure_angle) - involute(geometry.transverse_pressure_angle)
-    return sum(geometry.teeth) * opening / (2 * math.tan(geometry.pressure_angle))
+    return geometry.signs[1] * geometry.sum_of(geometry.teeth) * opening / (2 * math.tan(geometry.pressure_angle))
 
 
 _ISO = "ISO 21771:2007"

@@ -1,4 +1,5 @@
-"""Nominal tooth root stress of external gears, ISO 6336-3:2006, method B: that of a static load on teeth without error.
+"""Nominal tooth root stress, ISO 6336-3:2006, method B: that of a static load on teeth without error. That of a ring,
+whose root is that of its cutter, is left out.
 
 The tooth is a beam, cut where tangents at 30° to its axis touch the fillets, and bent by the whole force of the mesh at
 the outer point of single pair contact. Factors of load, life, size and surface are those of a rating and no part of it;
@@ -40,13 +41,13 @@ class RootSection(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class RootFactors:
-    """Factors of the nominal root stress, of both wheels, whatever the load."""
+    """Factors of the nominal root stress, of both wheels or the pinion of an internal pair, whatever the load."""
 
-    root_form_factor: tuple[float, float] = described(
+    root_form_factor: tuple[float, ...] = described(
         "Y_F", "6 (h_Fe/m_n) cos α_Fen/((s_Fn/m_n)² cos α_n)", f"{_CLAUSE}, 6.2",
         words="form factor of the root, load at the outer point of single pair contact; above a contact ratio of 2 an "
               "assumption: the whole force there")
-    root_stress_correction: tuple[float, float] = described(
+    root_stress_correction: tuple[float, ...] = described(
         "Y_S", "(1.2 + 0.13 L) q_s^(1/(1.21 + 2.3/L)), L = s_Fn/h_Fe, q_s = s_Fn/(2 ρ_F)", f"{_CLAUSE}, 7.2",
         words="stress correction factor of the root")
     root_helix_factor: float = described(
@@ -120,7 +121,7 @@ def _tangent_angle(geometry: Geometry, slope: float, turn: float) -> float:
 def root_factors(geometry: Geometry) -> RootFactors:
     """The factors of the nominal root stress; raises `InputError` as `root_section`."""
     alpha, overlap, factors = geometry.pressure_angle, min(geometry.overlap_ratio, LARGEST_OVERLAP), []
-    for section in (root_section(geometry, wheel) for wheel in (0, 1)):
+    for section in (root_section(geometry, wheel) for wheel in (0, 1) if geometry.signs[wheel] > 0):
         ratio = section.chord / section.lever
         factors.append((6 * section.lever * math.cos(section.load_angle) / (section.chord**2 * math.cos(alpha)),  # Y_F
                         (1.2 + 0.13 * ratio) * section.notch ** (1 / (1.21 + 2.3 / ratio))))  # Y_S
@@ -130,13 +131,13 @@ def root_factors(geometry: Geometry) -> RootFactors:
         root_helix_factor=1 - overlap * min(geometry.helix_angle, LARGEST_HELIX) / math.radians(120))
 
 
-def root_stress(geometry: Geometry, torque: float) -> Pair:
-    """The nominal root stress of both wheels, Pa, under a static torque of either sign at wheel 1, N m.
+def root_stress(geometry: Geometry, torque: float) -> tuple[float, ...]:
+    """The nominal root stress of both wheels, Pa, under a static torque of either sign at wheel 1, N m; of an internal
+    pair that of the pinion alone.
 
     Raises `InputError` as `root_section`.
     """
     found, force = root_factors(geometry), 2 * abs(torque) / geometry.reference_diameter[0]
     nominal = force / (geometry.common_face_width * geometry.normal_module) * found.root_helix_factor
-    first, second = (nominal * form * correction for form, correction in zip(
+    return tuple(nominal * form * correction for form, correction in zip(
         found.root_form_factor, found.root_stress_correction, strict=True))
-    return first, second

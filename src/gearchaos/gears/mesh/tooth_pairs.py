@@ -110,7 +110,7 @@ def back_phase(geometry: Geometry) -> float:
     """
     wide = involute(geometry.transverse_pressure_angle) - involute(geometry.working_pressure_angle)
     reference = 0.5 + 2 * geometry.profile_shift[0] * math.tan(geometry.pressure_angle) / math.pi
-    to_pitch_point = geometry.tip_tangents[1] - geometry.base_diameter[1] / 2 * math.tan(
-        geometry.working_pressure_angle)
+    to_pitch_point = geometry.signs[1] * (geometry.tip_tangents[1] - geometry.base_diameter[1] / 2 * math.tan(
+        geometry.working_pressure_angle))
     later = reference + wide * geometry.teeth[0] / math.pi
     return (later + (2 * to_pitch_point - geometry.path_of_contact) / geometry.base_pitch) % 1.0

@@ -99,6 +99,7 @@ class StiffnessMethod:
     compute: Callable[[Drawing], MeshStiffness]
     needs: tuple[str, ...] = ()  # inputs that a design may leave out, but not for this method
     spur_only: bool = False
+    external_only: bool = False
     pair: Callable[[Drawing], tuple[tuple[float, ...], tuple[float, ...]]] | None = None  # stiffness of one tooth pair
     # of a spur gear over the reference, and where on its path each part begins; None if there is the sum alone
     warnings: Callable[[Drawing], Sequence[str]] = lambda design: ()
@@ -112,6 +113,7 @@ def methods() -> dict[str, StiffnessMethod]:
 
 def other_methods(name: str, geometry: Geometry) -> str:
     """The advice to take another method than this one, of those that the pair can have."""
-    names = [each.name for each in methods().values() if not (each.spur_only and geometry.helix_angle)]
+    names = [each.name for each in methods().values() if not (each.spur_only and geometry.helix_angle) and not (
+        each.external_only and geometry.signs[1] < 0)]
     others = "".join(f'stiffness = "{other}", or ' for other in names if other != name)
     return f'Write {others}stiffness = {{ table = "tvms.csv" }}.'

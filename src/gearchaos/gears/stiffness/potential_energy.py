@@ -393,5 +393,5 @@ def _one_pair(design: Drawing) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 METHOD = StiffnessMethod(
-    name=_NAME, pair=_one_pair, needs=("bore",), spur_only=True,
+    name=_NAME, pair=_one_pair, needs=("bore",), spur_only=True, external_only=True,
     compute=lambda design: from_energy(design.geometry, design.material, design.given("bore")))

@@ -111,7 +111,7 @@ class Mesh:
     damping_law : {"always", "contact", "unilateral"}, optional
         That of the train by default. With ``unilateral``, for meshes of one spring, the force never pulls.
     internal : bool
-        Whether one of the wheels is a ring.
+        Whether one of the wheels is a ring; by default as the design says, of which the second body is the ring.
     line_of_action : angle
         Direction along which a displacement of the centre of the first body presses the flanks together; matters
         where centres move. Of a planet it follows from ``pressure_angle``.
@@ -159,6 +159,10 @@ class Mesh:
         object.__setattr__(self, "name", self.name or JOINED["mesh"].join(self.between))
         if not isinstance(self.internal, bool):
             raise InputError("internal", "must be true or false", self.internal)
+        if hasattr(self.design, "internal"):
+            if self.internal and not self.design.internal:
+                raise InputError("design", "must have internal = true, as the mesh has", "an external pair")
+            object.__setattr__(self, "internal", self.design.internal)
         if self.stiffness is not None and self.tooth_pairs is not None:
             raise InputError("stiffness", "must be left out beside tooth_pairs", self.stiffness,
                              "The stiffness of the mesh is that of its tooth pairs.")

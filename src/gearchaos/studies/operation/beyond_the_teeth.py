@@ -38,7 +38,7 @@ class TeethLimits(NamedTuple):
         strengths = [ROOT_STRENGTH if each is None else each for each in known]
         stresses = peak_root_stress(gears, torque, 1.0)
         factor = math.inf if stresses is None else min(
-            strength / stress for strength, stress in zip(strengths, stresses, strict=True))
+            strength / stress for strength, stress in zip(strengths, stresses, strict=False))  # of a ring none
         shown = "/".join(dict.fromkeys(measured(each, 4) for each in strengths))
         assumed = ", assumed" * any(each is None for each in known)
         stress_words = f"a nominal root stress above {shown} {ROOT_STRESS.unit}{assumed}, or " * (stresses is not None)

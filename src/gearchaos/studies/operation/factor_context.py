@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 
 def peak_root_stress(gears: Any, torque: float | None, factor: float | None) -> list[float] | None:
-    """The nominal root stress of both wheels of a design, N/mm², times a dynamic factor, at a torque at wheel 1, N m.
+    """The nominal root stress of both wheels of a design, N/mm², times a dynamic factor, at a torque at wheel 1, N m;
+    of an internal pair that of the pinion alone.
 
     It is that of the whole mesh force at the peak of a motion, also where tooth pairs share it. None for other gears,
     without torque or factor, and where the standard has no stress.
