@@ -138,7 +138,7 @@ def inputs_in_words(design: GearDesign) -> dict[str, str]:
     stiffness, error = (given if isinstance(given, str) else f"file {given.path}"
                         for given in (d.stiffness, d.transmission_error or "none"))
     found = {
-        "teeth": digits(d.teeth),
+        "teeth": digits(d.teeth) + ", wheel 2 a ring" * d.internal,
         "normal module": f"{d.module * 1e3:.6g} mm",
         "normal pressure angle": f"{math.degrees(d.pressure_angle):.6g}°",
         "helix angle": f"{math.degrees(d.helix_angle):.6g}°" if d.helix_angle else "",
@@ -170,17 +170,17 @@ def _design(design: GearDesign) -> Card:
     """Its main dimensions, and both wheels in mesh to scale, one beside the other."""
     section, outlines = transverse_section(design, None), []
     for wheel in (0, 1):
-        if section.geometry.teeth[wheel] > _MOST_TEETH:
+        if section.geometry.teeth[wheel] > _MOST_TEETH and not design.internal:
             angle, radius = np.linspace(0, 2 * np.pi, 181), section.geometry.working_diameter[wheel] / 2
             outline = section.centres[wheel] + radius * np.column_stack([np.cos(angle), np.sin(angle)])
         else:
-            outline = section.outline(wheel, detail=0.5)
+            outline = section.body(wheel, detail=0.5)
         outlines.append(np.vstack([outline, outline[:1]])[:, ::-1])
     x, y = (around(*(outline[:, axis] for outline in outlines)) for axis in (0, 1))
     drawing = Drawing("both wheels in mesh", x, y, equal=True)
     for outline in outlines:
         drawing.line(*outline.T, width=0.7, fill="currentColor")
-    kind = "spur" if design.helix_angle == 0 else "helical"
+    kind = "internal " * design.internal + ("spur" if design.helix_angle == 0 else "helical")
     try:
         error = design.error_harmonics
         method = design.transmission_error

@@ -42,7 +42,7 @@ def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None
     One panel shows the teeth in contact, another one, beside or below it, the whole pair. Wheel 1, which drives
     clockwise, lies below wheel 2. The flanks are the involutes and trochoids that the basic rack generates. A backlash
     is made by thinner teeth, by the same amount on both wheels; without one the teeth are nominal. Of helical gears it
-    is one transverse plane. The pitch circles are the working ones; where the reference circles are the same, they are
+    is one transverse plane. A ring lies around wheel 1, on a rim of 2 modules. The pitch circles are the working ones; where the reference circles are the same, they are
     left out. A is the start and E the end of contact, C the pitch point (ISO 21771:2007); dots mark the
     points where flanks touch.
 
@@ -118,12 +118,9 @@ def _close_up(ax: Axes, section: TransverseSection, teeth: float) -> None:
         z, centre = section.geometry.teeth[wheel], _MM * section.centres[wheel]
         depth = abs(middle[1] - centre[1]) - size[1]
         count = math.ceil(math.atan2(abs(middle[0]) + size[0], depth) / (2 * math.pi) * z) + 3 if depth > 0 else z
-        near = count <= z / 2
-        outline = _MM * (section.outline(wheel, range(-count, count + 1)) if near else section.outline(wheel))
-        _fill(ax, np.vstack([outline, centre]) if near else outline, wheel)
+        _fill(ax, _MM * section.body(wheel, range(-count, count + 1) if count <= z / 2 else None), wheel)
     _circles(ax, section, middle, size)
-    ends = _ends(section, 0.0, section.geometry.tangent_length)
-    ax.plot(*ends.T, zorder=3, **adapt_style(_STYLES["line of action"]))
+    ax.plot(*_ends(section, *section.line_of_action).T, zorder=3, **adapt_style(_STYLES["line of action"]))
     ax.plot(*path.T, zorder=4, **adapt_style(_STYLES["path of contact"]))
     ax.plot(*_ends(section, *section.contacts).T, "o", color=adapt(STROBE), markeredgecolor=adapt(BACKGROUND),
             markeredgewidth=0.8, markersize=6, zorder=6)
@@ -168,11 +165,11 @@ def _whole_pair(ax: Axes, section: TransverseSection) -> None:
         centre, radius = _MM * section.centres[wheel], _MM * geometry.working_diameter[wheel] / 2
         circle = np.linspace(0, 2 * math.pi, 361)  # in place of more teeth than can be seen
         disc = centre + radius * np.column_stack([np.cos(circle), np.sin(circle)])
-        fine = geometry.teeth[wheel] > _MOST_TEETH
-        _fill(ax, disc if fine else _MM * section.outline(wheel, detail=0.5), wheel, linewidth=0.6)
-        small = geometry.tip_diameter[wheel] < _SMALL * max(geometry.tip_diameter)
+        fine = geometry.teeth[wheel] > _MOST_TEETH and geometry.signs[wheel] > 0
+        _fill(ax, disc if fine else _MM * section.body(wheel, detail=0.5), wheel, linewidth=0.6)
+        small = geometry.signs[1] > 0 and geometry.tip_diameter[wheel] < _SMALL * max(geometry.tip_diameter)
         distance, start, end = (1.6, -40, 15) if small else (0.62, -25, 25)  # the arrow of a small wheel is outside it
-        turn = np.radians(180 + (-1, 1)[wheel] * np.linspace(start, end, 30))
+        turn = np.radians(180 + (-1, geometry.signs[1])[wheel] * np.linspace(start, end, 30))
         x, y = centre[:, None] + distance * radius * np.array([np.cos(turn), np.sin(turn)])
         ax.plot(x[:-1], y[:-1], color=adapt(INK), linewidth=0.8)
         ax.annotate("", (x[-1], y[-1]), (x[-3], y[-3]),
@@ -180,15 +177,16 @@ def _whole_pair(ax: Axes, section: TransverseSection) -> None:
         beside = centre[0] + small * _MM * geometry.tip_diameter[wheel] / 2
         ax.annotate(str(wheel + 1), (beside, centre[1]), (7, 0), textcoords="offset points", ha="left", va="center",
                     fontsize="small")
-    ends, path = _ends(section, 0.0, geometry.tangent_length), _ends(section, section.start, section.end)
+    ends, path = _ends(section, *section.line_of_action), _ends(section, section.start, section.end)
     ax.plot(*ends.T, **adapt_style({**_STYLES["line of action"], "linestyle": "-"}))
     ax.plot(*path.T, **adapt_style(_STYLES["path of contact"]))
     centres = _MM * section.centres
     ax.plot(*centres.T, zorder=3, **adapt_style(_CENTRE_LINE))
     ax.plot(*centres.T, "+", color=adapt(INK), markersize=6, zorder=4)
-    width, (low, high) = max(geometry.tip_diameter) / 2, (-geometry.tip_diameter[0] / 2, geometry.tip_diameter[1] / 2)
-    ax.set(xlim=(-1.03 * _MM * width, 1.03 * _MM * width),
-           ylim=(_MM * (low - 0.03 * width), centres[1, 1] + _MM * (high + 0.03 * width)))
+    outer, height = _MM * np.array(section.outer_radii), centres[:, 1]
+    width = max(outer)
+    ax.set(xlim=(-1.03 * width, 1.03 * width),
+           ylim=(min(height - outer) - 0.03 * width, max(height + outer) + 0.03 * width))
     ax.set_aspect("equal")
     ax.set_axis_off()
     teeth = " and ".join(map(str, geometry.teeth))

@@ -21,6 +21,7 @@ from gearchaos.gears.io.fields import check_plausible, convert_fields, unknown_k
 from gearchaos.gears.io.units import FREQUENCY, to_si
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.stiffness import methods
+from gearchaos.gears.stiffness.iso6336 import ISO
 from gearchaos.gears.train.faults import check_faults
 from gearchaos.gears.train.teeth import check_pitch
 from gearchaos.gears.transmission_error.harmonics import FROM_QUALITY
@@ -301,19 +302,24 @@ class GearDesign(Drawing, HasCard):
         exact = f"no transmission error{' in spite of the grade' * (self.quality is not None)}"
         error = exact if self.exact else f"error {method_in_words(self.transmission_error)}"
         damping = {} if self.damping_ratio is None else {"damping": f"ζ {self.damping_ratio:g}"}
-        stiffness = f"stiffness {method_in_words(self.stiffness)}{plastic}"
+        rack = ", the ring as a rack" * (self.internal and self.stiffness == ISO)
+        stiffness = f"stiffness {method_in_words(self.stiffness)}{rack}{plastic}"
         return {"stiffness": stiffness, "error_amplitudes": error, **damping}
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """Sentences about what the methods of the transmission error and of the stiffness assume, and how files were
-        read.
+        """Sentences about what the methods of the transmission error and of the stiffness assume, how files were read, and
+        what is not known of a ring.
         """
         found: list[str] = []
         with suppress(InputError):  # reported by what needs the transmission error
             found.extend(self.error_harmonics.assumptions)
         with suppress(InputError):  # reported by what needs the stiffness
             found.extend(self.mesh_stiffness.notes)
+        if self.internal:
+            free = 1e3 * self.geometry.start_of_active_profile[1]
+            found.append("the root of the ring is that of its cutter, which must leave the involute up to a diameter of "
+                         f"{free:.5g} mm. Its rim is taken as rigid, and root stresses are those of the pinion")
         return sentences(found)
 
 

@@ -1,7 +1,7 @@
 """The transverse section of a gear pair in mesh: outlines of the teeth, line of action and path of contact.
 
 Lengths are in m, angles in rad. The centre of wheel 1, which drives clockwise, is the origin; that of wheel 2 lies
-above it at (0, a). Distances along the line of action are measured from the point where it touches the base circle of
+above it at (0, a), that of a ring below it at (0, −a). Distances along the line of action are measured from the point where it touches the base circle of
 wheel 1.
 """
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 # points of an outline along an involute, a fillet and the tip circle of a tooth
 FLANK_POINTS, FILLET_POINTS, TIP_POINTS = 24, 12, 5
+RIM = 2.0  # thickness of the rim of a ring as it is drawn, in modules
 _STEP = 1e-6  # step of the rack's normal, in rad, for the tangents of a fillet
 
 
@@ -33,7 +34,8 @@ class TransverseSection:
     helical gears, whose teeth in other planes are rotated. An outline is a polygon within the tooth, so that drawn
     teeth overlap nowhere unless the gears do; points of contact are corners of it. Where the backlash, total along the
     line of action, m, is larger than that of nominal teeth, the teeth of both wheels are made thinner by equal amounts,
-    as far as their tips allow. This changes neither root nor tip circles.
+    as far as their tips allow. This changes neither root nor tip circles. The teeth of a ring are involutes to the root
+    circle, since nothing says where the fillets of their cutter begin.
 
     The phase is the instant, as a fraction of the mesh period since a tooth pair entered contact in this plane, in [0,
     1).
@@ -46,7 +48,15 @@ class TransverseSection:
     @property
     def centres(self) -> np.ndarray:
         """Centres of both wheels, (2, 2)."""
-        return np.array([[0.0, 0.0], [0.0, self.geometry.centre_distance]])
+        return np.array([[0.0, 0.0], [0.0, self.geometry.signs[1] * self.geometry.centre_distance]])
+
+    @property
+    def outer_radii(self) -> tuple[float, float]:
+        """Radii of the circles around both wheels: the tip circle, of a ring the back of its rim."""
+        tip, ring = self.geometry.tip_diameter
+        if self.geometry.signs[1] < 0:
+            ring = self.geometry.root_diameter[1] + 2 * RIM * self.geometry.normal_module
+        return tip / 2, ring / 2
 
     @property
     def direction(self) -> np.ndarray:
@@ -61,12 +71,19 @@ class TransverseSection:
     @property
     def start(self) -> float:
         """Distance along the line of action where contact begins, on the tip circle of wheel 2."""
-        return self.geometry.tangent_length - self.geometry.tip_tangents[1]
+        return self.geometry.signs[1] * (self.geometry.tangent_length - self.geometry.tip_tangents[1])
 
     @property
     def end(self) -> float:
         """Distance along the line of action where contact ends, on the tip circle of wheel 1."""
         return self.geometry.tip_tangents[0]
+
+    @property
+    def line_of_action(self) -> tuple[float, float]:
+        """Its ends as they are drawn: where it touches both base circles, of an internal pair that of the ring and E.
+        """
+        length = self.geometry.tangent_length
+        return (0.0, length) if self.geometry.signs[1] > 0 else (-length, self.end)
 
     @property
     def pitch_point(self) -> np.ndarray:
@@ -83,8 +100,22 @@ class TransverseSection:
     def tooth_axis(self, wheel: int, contact: float) -> float:
         """Direction, from the centre of its wheel, of the axis of the tooth that touches at a distance."""
         base = self.geometry.base_diameter[wheel] / 2
-        tangency = self.geometry.working_pressure_angle + (math.pi / 2 if wheel == 0 else -math.pi / 2)
-        return tangency - self._length(wheel, contact) / base + self._base_half_angle(wheel)
+        sign = self.geometry.signs[wheel]
+        tangency = self.geometry.working_pressure_angle + (math.pi / 2 if wheel == 0 or sign < 0 else -math.pi / 2)
+        return tangency - self._length(wheel, contact) / base + sign * self._base_half_angle(wheel)
+
+    def body(self, wheel: int, teeth: range | None = None, detail: float = 1.0) -> np.ndarray:
+        """A closed outline (points, 2) of a wheel, or of a part of it with these teeth: to its centre, of a ring to the
+        back of its rim. That of a whole ring is two closed curves, NaN after each."""
+        outline = self.outline(wheel, teeth, detail)
+        if self.geometry.signs[wheel] > 0:
+            return outline if teeth is None else np.vstack([outline, self.centres[wheel]])
+        inside = outline - self.centres[wheel]
+        ends = np.unwrap(np.arctan2(inside[:, 1], inside[:, 0]))[[-1, 0]]
+        angle = np.linspace(*ends, max(len(inside), 361))
+        back = self.centres[wheel] + self.outer_radii[wheel] * np.column_stack([np.cos(angle), np.sin(angle)])
+        apart = np.full((int(teeth is None), 2), math.nan)
+        return np.vstack([outline, apart, back, apart])
 
     def outline(self, wheel: int, teeth: range | None = None, detail: float = 1.0) -> np.ndarray:
         """Points (points, 2) of the outline of teeth, counter-clockwise; ``detail`` is a factor on their number.
@@ -92,8 +123,34 @@ class TransverseSection:
         Teeth are counted counter-clockwise; the tooth 0 is at the first of the `contacts`. By default all, a closed
         outline.
         """
-        numbers = range(self.geometry.teeth[wheel]) if teeth is None else teeth
+        z, sign = self.geometry.teeth[wheel], self.geometry.signs[wheel]
+        first = 0 if sign > 0 else z // 2  # a ring begins and ends opposite to the mesh
+        numbers = range(first, first + z) if teeth is None else teeth
         base, tip = self.geometry.base_diameter[wheel] / 2, self.geometry.tip_diameter[wheel] / 2
+        if sign > 0:
+            root, fillet = self._fillet(wheel, detail)
+            form = max(self.geometry.root_form_diameter[wheel] / 2, base)
+        else:
+            form = self.geometry.root_diameter[wheel] / 2
+            root, fillet = np.full(1, form), np.full(1, math.pi / z)
+        ends = (math.sqrt(max(form**2 - base**2, 0.0)), self.geometry.tip_tangents[wheel])
+        touching = [self._length(wheel, contact) for contact in self.contacts]
+        lengths = np.linspace(*ends, max(round(FLANK_POINTS * detail), 2))
+        lengths = np.union1d(lengths, [length for length in touching if min(ends) < length < max(ends)])[::sign]
+        flank = self._base_half_angle(wheel) - sign * (lengths / base - np.arctan(lengths / base))
+        tip_angle = np.linspace(flank[-1], 0.0, max(round(TIP_POINTS * detail), 1), endpoint=False)[1:]
+        # half a tooth, from the root to the middle of the tip: radii, and angles from its axis
+        radius = np.concatenate([root, np.hypot(base, lengths), np.full(len(tip_angle), tip)])
+        offset = np.concatenate([fillet, flank, tip_angle])
+        radii = np.concatenate([radius, radius[::-1]])
+        offsets = np.concatenate([-offset, offset[::-1]])
+        axis = self.tooth_axis(wheel, float(self.start + self.phase * self.geometry.base_pitch))
+        angles = (axis + 2 * math.pi / z * np.array(numbers)[:, None] + offsets).ravel()
+        points = np.tile(radii, len(numbers))[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+        return points + self.centres[wheel]
+
+    def _fillet(self, wheel: int, detail: float) -> tuple[np.ndarray, np.ndarray]:
+        """Radii of the corners of a fillet, (n,), and their angles from the axis of the tooth."""
         slopes = np.linspace(math.pi / 2, self.geometry.generated_tooth(wheel).form_slope,
                              max(round(FILLET_POINTS * detail), 2))
         nodes = self._fillet_points(wheel, slopes)
@@ -103,28 +160,11 @@ class TransverseSection:
         steps, turn = np.diff(nodes), np.imag(tangents[:-1].conj() * tangents[1:])
         meeting = nodes[:-1] + tangents[:-1] * np.imag(steps.conj() * tangents[1:]) / turn
         corners = np.concatenate([nodes[:1], meeting])
-        fillet = math.pi / self.geometry.teeth[wheel] - np.angle(corners) - self._thinning[wheel]
-        form = max(self.geometry.root_form_diameter[wheel] / 2, base)
-        ends = (math.sqrt(max(form**2 - base**2, 0.0)), self.geometry.tip_tangents[wheel])
-        touching = [self._length(wheel, contact) for contact in self.contacts]
-        lengths = np.linspace(*ends, max(round(FLANK_POINTS * detail), 2))
-        lengths = np.union1d(lengths, [length for length in touching if ends[0] < length < ends[1]])
-        flank = self._base_half_angle(wheel) - (lengths / base - np.arctan(lengths / base))
-        tip_angle = np.linspace(flank[-1], 0.0, max(round(TIP_POINTS * detail), 1), endpoint=False)[1:]
-        # half a tooth, from the root to the middle of the tip: radii, and angles from its axis
-        radius = np.concatenate([np.abs(corners), np.hypot(base, lengths), np.full(len(tip_angle), tip)])
-        offset = np.concatenate([fillet, flank, tip_angle])
-        radii = np.concatenate([radius, radius[::-1]])
-        offsets = np.concatenate([-offset, offset[::-1]])
-        pitch = 2 * math.pi / self.geometry.teeth[wheel]
-        axis = self.tooth_axis(wheel, float(self.start + self.phase * self.geometry.base_pitch))
-        angles = (axis + pitch * np.array(numbers)[:, None] + offsets).ravel()
-        points = np.tile(radii, len(numbers))[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
-        return points + self.centres[wheel]
+        return np.abs(corners), math.pi / self.geometry.teeth[wheel] - np.angle(corners) - self._thinning[wheel]
 
     def _length(self, wheel: int, contact: float) -> float:
         """Length of the tangent from the base circle of a wheel to a point of the line of action."""
-        return contact if wheel == 0 else self.geometry.tangent_length - contact
+        return contact if wheel == 0 else self.geometry.tangent_length - self.geometry.signs[1] * contact
 
     @cached_property
     def _thinning(self) -> tuple[float, float]:
@@ -133,8 +173,10 @@ class TransverseSection:
         """
         excess = self.backlash - self.geometry.theoretical_backlash
         bases = self.geometry.base_diameter
-        half_angles = (self._nominal_half_angle(wheel) - involute(math.atan(2 * tangent / base))  # at the tip circles
-                       for wheel, (base, tangent) in enumerate(zip(bases, self.geometry.tip_tangents, strict=True)))
+        half_angles = (
+            self._nominal_half_angle(wheel) - sign * involute(math.atan(2 * tangent / base))  # at the tip circles
+            for wheel, (base, tangent, sign) in enumerate(zip(
+                bases, self.geometry.tip_tangents, self.geometry.signs, strict=True)))
         room = [max(base * angle, 0.0) for base, angle in zip(bases, half_angles, strict=True)]
         first = min(max(excess / 2, excess - room[1]), room[0])
         return first / bases[0], min(excess - first, room[1]) / bases[1]
@@ -143,7 +185,7 @@ class TransverseSection:
         """Angle between the axis of a nominal tooth and the beginning of its involute on the base circle."""
         g = self.geometry
         thickness = math.pi / 2 + 2 * g.profile_shift[wheel] * math.tan(g.pressure_angle)
-        return thickness / g.teeth[wheel] + involute(g.transverse_pressure_angle)
+        return thickness / g.teeth[wheel] + g.signs[wheel] * involute(g.transverse_pressure_angle)
 
     def _base_half_angle(self, wheel: int) -> float:
         """Angle between the axis of a tooth and the beginning of its involute on the base circle."""

@@ -112,11 +112,10 @@ def teeth(design: GearDesign) -> Teeth:
 
 def section_in_mm(design: GearDesign, backlash: float | None = None) -> tuple[TransverseSection, list[np.ndarray]]:
     """The section of a design, perhaps with another backlash, m, and the outlines (points, 2) of some teeth of both
-    wheels with their centres, mm. Up is down."""
+    wheels with their centres or rim, mm. Up is down."""
     section, count = transverse_section(design), range(-_TEETH, _TEETH + 1)
     section = section if backlash is None else replace(section, backlash=backlash)
-    return section, [np.vstack([section.outline(wheel, count, _ROUGH), section.centres[wheel]]) * (1e3, -1e3)
-                     for wheel in (0, 1)]
+    return section, [section.body(wheel, count, _ROUGH) * (1e3, -1e3) for wheel in (0, 1)]
 
 
 def points(outline: np.ndarray) -> str:
