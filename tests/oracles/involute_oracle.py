@@ -112,3 +112,55 @@ class Pair:
         reach1 = self.wheel1.crossing(self.angle, -self.wheel1.half_tooth)
         reach2 = self.wheel2.crossing(self.angle, math.pi / self.wheel2.teeth - self.wheel2.half_tooth)
         return 2 * (self.length - reach1 - reach2)
+
+
+class InternalPair:
+    """A pinion in a ring whose tooth spaces are the teeth of ``space``; the pinion is at the direction 0 from the ring.
+
+    The line of action touches both base circles on the same side."""
+
+    def __init__(self, pinion, space, ring_tip, distance):
+        self.pinion, self.space, self.ring_tip = pinion, space, ring_tip
+        self.ring_centre = np.array([-distance, 0.0])
+        self.angle = root(lambda psi: self.ring_centre @ n(psi) + space.base - pinion.base, 0.0, math.pi / 2)
+        self.ring_start = self.ring_centre @ u(self.angle)  # where the line touches the base circle of the ring
+        far = 4 * (distance + pinion.tip + ring_tip)
+        self.end = root(lambda s: norm(self.point(s)) - pinion.tip, 0.0, far)
+        self.start = root(lambda s: norm(self.point(s) - self.ring_centre) - ring_tip, self.ring_start, far)
+
+    def point(self, s):
+        """The point of the line of action at the distance s from where it touches the base circle of the pinion."""
+        return self.pinion.base * n(self.angle) + s * u(self.angle)
+
+    def backlash(self):
+        """What is free along the line of action on both sides of a tooth of the pinion in the middle of a space."""
+        reach = self.pinion.crossing(self.angle, -self.pinion.half_tooth)
+        return 2 * (self.ring_start + self.space.crossing(self.angle, -self.space.half_tooth) - reach)
+
+    def origin(self, wheel, centre, point):
+        """The direction in which the involute of a wheel about a centre begins that passes through a point."""
+        seen = point - centre
+        t = root(lambda t: norm(wheel.involute(t, 0.0)) - norm(seen), 0.0, 9.0)
+        flank = wheel.involute(t, 0.0)
+        return math.atan2(flank[0] * seen[1] - flank[1] * seen[0], flank @ seen)
+
+    def gap(self, x, leaving):
+        """The gap of corner contact at x beyond the path: how far the mate's involute is from the tip corner."""
+        tip = self.point(self.end if leaving else self.start)
+        own, here = (self.pinion, np.zeros(2)) if leaving else (self.space, self.ring_centre)
+        mate, there = (self.space, self.ring_centre) if leaving else (self.pinion, np.zeros(2))
+        sense = 1.0 if leaving else -1.0  # both turn clockwise, before the path backwards
+        c, s = math.cos(sense * x / own.base), math.sin(sense * x / own.base)
+        corner = np.array([[c, s], [-s, c]]) @ (tip - here) + here
+        return x - sense * mate.base * (self.origin(mate, there, tip) - self.origin(mate, there, corner))
+
+    def tip_gap(self):
+        """Arc on the ring's tip circle between both tip corners of a tooth pair, when the pinion's is there."""
+        corner, ring = self.point(self.end), self.point(self.start) - self.ring_centre
+        inside = math.acos((self.ring_tip**2 - self.pinion.tip**2 - self.ring_centre[0]**2)
+                           / (2 * -self.ring_centre[0] * self.pinion.tip))
+        turned = inside + math.atan2(corner[1], corner[0])  # clockwise from the end of the path
+        meeting = self.pinion.tip * n(-inside) - self.ring_centre
+        # in the time from the beginning to the end of the path both flanks advance by its length
+        advance = (self.end - self.start) / self.space.base + turned * self.pinion.base / self.space.base
+        return self.ring_tip * (math.atan2(meeting[1], meeting[0]) - math.atan2(ring[1], ring[0]) + advance)
