@@ -91,8 +91,7 @@ def test_the_rings_of_the_nrel_gearbox_as_kisssoft_computes_them(stage):
     mean = single * (0.75 * ring.contact_ratio + 0.25)
     assert mean / width / 1e6 == pytest.approx(expected[5], abs=6e-3)
     assert mesh.damping == found.meshes[0].damping > 0
-    with pytest.raises(NotImplementedError):  # the formulas of external gears are not those of a ring
-        _ = ring.theoretical_backlash
+    assert ring.theoretical_backlash == pytest.approx(0, abs=1e-9 * module)
 
 
 def test_what_is_given_of_a_ring_mesh_stands_before_what_follows_from_a_design():

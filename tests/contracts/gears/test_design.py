@@ -113,7 +113,23 @@ def test_designs_are_values(full):
     assert full != replace(full, face_width="99 mm")
 
 
+RING = {"teeth": [20, 61], "internal": True, "profile_shift": [0.2, -0.2], "tip_alteration": [0, "-0.4 mm"]}
 REFUSED = [
+    ({"internal": "yes"}, "internal", "must be true or false"),
+    ({"internal": True, "teeth": [61, 20]}, "teeth", "the ring second", "Wheel 1, the pinion, drives"),
+    ({**RING, "bore": "10 mm"}, "bore", "beside internal", "Give inertia"),
+    ({**RING, "blank": ["solid", {"rim": "9 mm", "web": "9 mm"}]}, "blank[1]", "counts as rigid"),
+    ({**RING, "stiffness": "potential energy"}, "stiffness", "that of its cutter", 'stiffness = "ISO 6336-1", or',
+     "table"),
+    ({**RING, "faults": [{"wheel": 1, "tooth": 3, "crack_depth": "1 mm"}]}, "faults", "give stiffness_loss"),
+    ({"internal": True, "teeth": [20, 61]}, "start_of_active_profile[0]", "The ring clears it with a tip_diameter from"),
+    ({**RING, "tip_alteration": [0, "3 mm"]}, "start_of_active_profile[0]", "a contact below the base circle"),
+    ({**RING, "centre_distance": "55 mm"}, "centre_distance", "greater than 57.79", "the difference of the base radii"),
+    ({**RING, "tip_alteration": ["0.8 mm", "-0.4 mm"]}, "tip_clearance[0]", "touches the root of wheel 2"),
+    ({**RING, "centre_distance": "41 mm"}, "centre_distance", "Without profile shift it is 61.5 mm"),
+    ({**RING, "profile_shift": [0.9, 0.3]}, "profile_shift", "must have a sum below 0.8395", "too thick"),
+    ({**RING, "tip_relief": {"amount": "9 um", "start_diameter": ["65 mm", "178 mm"]}}, "tip_relief.start_diameter[1]",
+     "must lie between 179"),
     # slips of units
     ({"module": 3}, "module", "did you mean '3 mm'? a plain number is in m.", "got 3000 mm"),
     ({"module": 3e-6}, "module", "between 0.01 and 100 mm; got 0.003 mm"),
@@ -137,7 +153,7 @@ REFUSED = [
     # wrong forms
     ({"teeth": 20}, "teeth", "a list of two"),
     ({"teeth": [20, 40, 60]}, "teeth", "a list of two"), ({"teeth": [20, 40.5]}, "teeth[1]", "a whole number"),
-    ({"teeth": [20, 2]}, "teeth[1]", "at least 3"), ({"teeth": [20, -60]}, "teeth[1]", "mesh of a [train]"),
+    ({"teeth": [20, 2]}, "teeth[1]", "at least 3"), ({"teeth": [20, -60]}, "teeth[1]", "internal = true"),
     ({"module": "3"}, "module", "a length"), ({"module": -3e-3}, "module", "greater than 0"),
     ({"module": None}, "module", "or give diametral_pitch", "must be given"),
     ({"diametral_pitch": 8}, "diametral_pitch", "must be left out beside module"),
@@ -239,6 +255,17 @@ REFUSED = [
 ]
 
 
+def test_a_ring_needs_inertias_and_with_supports_masses():
+    ring = design(**RING, damping_ratio=0.05, backlash={"value": "0.1 mm", "of": "radial"}, speed=600, torque=10)
+    with pytest.raises(InputError, match="inertia must be given.*A ring is no disc"):
+        ring.to_pair()
+    supports = {"stiffness": 1e8, "damping_ratio": 0.05}
+    with pytest.raises(InputError, match="mass must be given.*A ring is no disc"):
+        replace(ring, inertia=1e-3, supports=supports).to_pair()
+    assert replace(ring, inertia=1e-3, mass=1.0, supports=supports).to_pair().I2 == 1e-3
+    assert "up to a diameter of 189.09 mm" in " ".join(ring.assumptions)
+
+
 @pytest.mark.parametrize("case", REFUSED, ids=lambda case: str(case)[1:60])
 def test_refusals_name_the_field_the_rule_and_what_to_do(case):
     changes, field, *words = case
@@ -318,7 +345,6 @@ def test_allowances_and_values_are_both_backlash():
     ((SMALL, {"spede": 1}), "[operation]", "Did you mean 'speed'"),
     (({"teeth": [20, 40], "module": "3 mm"}, None), "face_width", "must be given in [design]"),
     (({"teeth": [20, 40]}, None), "module and face_width", "must be given in [design]"),
-    (({"teeth": [20, 40], "internal": True}, None), "[design]", "An internal gear pair is a mesh of a [train]"),
     (({**SMALL, "application_factor": 1.5}, {"application_factor": 1.25}), "application_factor", "one table only"),
 ])
 def test_tables_with_wrong_names_are_refused(tables, field, words):

@@ -47,11 +47,6 @@ def check_geometry(geometry: Geometry) -> None:
     shown = partial(Length, like=geometry.normal_module)
     for wheel in (0, 1):
         root, tip, base = geometry.root_diameter[wheel], geometry.tip_diameter[wheel], geometry.base_diameter[wheel]
-        if geometry.signs[wheel] < 0 and not base < tip < root:
-            raise InputError(
-                f"tip_diameter[{wheel}]", f"must lie between those of the base circle, {shown(base)}, and of the root, "
-                f"{shown(root)}", shown(tip), "The tip of a ring is its inner circle, on the involute. Check the rack, "
-                "profile_shift, positive inwards, and tip_alteration.")
         if geometry.signs[wheel] > 0 and (root <= 0 or tip <= max(base, root)):
             raise InputError(
                 f"tip_diameter[{wheel}]", f"must be greater than those of the base circle, {shown(base)}, and of the "
@@ -69,11 +64,7 @@ def check_geometry(geometry: Geometry) -> None:
                 "tip_alteration or 'keep clearance', or give smaller profile shifts or tip diameters.")
         start, form = geometry.start_of_active_profile[wheel], geometry.root_form_diameter[wheel]
         if geometry.signs[wheel] < 0:
-            if start >= root:
-                raise InputError(f"start_of_active_profile[{wheel}]", f"must be below the root diameter, {shown(root)}",
-                                 shown(start), f"The tip of wheel {2 - wheel} meets the root of the ring. Shorten its "
-                                 "teeth by tip_alteration.")
-            continue  # its fillet is that of a cutter
+            continue  # a ring's fillet is that of its cutter
         if not start >= form:  # also if start is not a number
             undercut = geometry.profile_shift[wheel] < (least := geometry.undercut_shift[wheel])
             base, ring = (d / 2 for d in geometry.base_diameter)
@@ -102,8 +93,9 @@ def check_geometry(geometry: Geometry) -> None:
                          "centre_distance with shifts for it.")
     if geometry.contact_ratio < 1:
         raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
-                         "Between two pairs of teeth there would be none in contact. Give more addendum, a smaller "
-                         "centre_distance or a smaller sum of profile_shift.")
+                         "Between two pairs of teeth there would be none in contact. Give more addendum, a "
+                         f"{'smaller' if geometry.signs[1] > 0 else 'larger'} centre_distance or a smaller sum of "
+                         "profile_shift.")
 
 
 def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:
