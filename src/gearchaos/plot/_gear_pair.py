@@ -42,9 +42,9 @@ def gear_pair(design: GearDesign, ax: Axes | None = None, *, teeth: float | None
     One panel shows the teeth in contact, another one, beside or below it, the whole pair. Wheel 1, which drives
     clockwise, lies below wheel 2. The flanks are the involutes and trochoids that the basic rack generates. A backlash
     is made by thinner teeth, by the same amount on both wheels; without one the teeth are nominal. Of helical gears it
-    is one transverse plane. A ring lies around wheel 1, on a rim of 2 modules. The pitch circles are the working ones; where the reference circles are the same, they are
-    left out. A is the start and E the end of contact, C the pitch point (ISO 21771:2007); dots mark the
-    points where flanks touch.
+    is one transverse plane. A ring lies around wheel 1, on a rim of 2 modules. The pitch circles are the working ones;
+    where the reference circles are the same, they are left out. A is the start and E the end of contact, C the pitch
+    point (ISO 21771:2007); dots mark the points where flanks touch.
 
     Parameters
     ----------

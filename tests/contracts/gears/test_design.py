@@ -122,7 +122,7 @@ REFUSED = [
     ({**RING, "stiffness": "potential energy"}, "stiffness", "that of its cutter", 'stiffness = "ISO 6336-1", or',
      "table"),
     ({**RING, "faults": [{"wheel": 1, "tooth": 3, "crack_depth": "1 mm"}]}, "faults", "give stiffness_loss"),
-    ({"internal": True, "teeth": [20, 61]}, "start_of_active_profile[0]", "The ring clears it with a tip_diameter from"),
+    ({"internal": True, "teeth": [20, 61]}, "start_of_active_profile[0]", "The ring clears it with a tip_diameter"),
     ({**RING, "tip_alteration": [0, "3 mm"]}, "start_of_active_profile[0]", "a contact below the base circle"),
     ({**RING, "centre_distance": "55 mm"}, "centre_distance", "greater than 57.79", "the difference of the base radii"),
     ({**RING, "tip_alteration": ["0.8 mm", "-0.4 mm"]}, "tip_clearance[0]", "touches the root of wheel 2"),
@@ -257,13 +257,13 @@ REFUSED = [
 
 def test_a_ring_needs_inertias_and_with_supports_masses():
     ring = design(**RING, damping_ratio=0.05, backlash={"value": "0.1 mm", "of": "radial"}, speed=600, torque=10)
-    with pytest.raises(InputError, match="inertia must be given.*A ring is no disc"):
+    with pytest.raises(InputError, match=r"inertia must be given.*A ring is no disc"):
         ring.to_pair()
     supports = {"stiffness": 1e8, "damping_ratio": 0.05}
-    with pytest.raises(InputError, match="mass must be given.*A ring is no disc"):
+    with pytest.raises(InputError, match=r"mass must be given.*A ring is no disc"):
         replace(ring, inertia=1e-3, supports=supports).to_pair()
     assert replace(ring, inertia=1e-3, mass=1.0, supports=supports).to_pair().I2 == 1e-3
-    assert "up to a diameter of 189.09 mm" in " ".join(ring.assumptions)
+    assert "up to 189.09 mm in diameter" in " ".join(ring.assumptions)
 
 
 @pytest.mark.parametrize("case", REFUSED, ids=lambda case: str(case)[1:60])

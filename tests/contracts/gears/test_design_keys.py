@@ -33,8 +33,8 @@ BASES = {
     "on supports": {"supports": {"stiffness": "200 N/um", "damping_ratio": 0.05}},
 }
 CHANGES = {
-    "teeth": [24, 37], "internal": True, "module": "3.1 mm", "face_width": "29 mm", "pressure_angle": "21 deg", "helix_angle": "10 deg",
-    "centre_distance": "90.1 mm", "profile_shift": [0.1, 0.1], "tip_alteration": "-0.1 mm",
+    "teeth": [24, 37], "internal": True, "module": "3.1 mm", "face_width": "29 mm", "pressure_angle": "21 deg",
+    "helix_angle": "10 deg", "centre_distance": "90.1 mm", "profile_shift": [0.1, 0.1], "tip_alteration": "-0.1 mm",
     "rack": {"addendum": 0.95, "dedendum": 1.3, "root_radius": 0.3}, "tip_diameter": ["77.9 mm", "113.9 mm"],
     "tip_relief": {"amount": "20 um", "start_diameter": ["77 mm", "113 mm"], "shape": "parabolic"},
     "material": {"E": "173 GPa", "poisson": 0.25, "density": "7100 kg/m^3"}, "bore": "25 mm",

@@ -140,12 +140,12 @@ def check_wheels(design: Drawing) -> None:
             check_plausible(f"tip_relief.amount[{wheel}]", amount, 0.0, module / 5,
                             "It is at most a fifth of a module.")
         for wheel, start in enumerate(design.tip_relief.start_diameter or ()):
-            ends = sorted((geometry.start_of_active_profile[wheel], geometry.tip_diameter[wheel]))
-            check_plausible(f"tip_relief.start_diameter[{wheel}]", start, *ends,
+            least, most = sorted((geometry.start_of_active_profile[wheel], geometry.tip_diameter[wheel]))
+            check_plausible(f"tip_relief.start_diameter[{wheel}]", start, least, most,
                             "It lies between the start of active profile and the tip.")
             if start == geometry.tip_diameter[wheel] and design.tip_relief.amount[wheel]:
-                raise InputError(f"tip_relief.start_diameter[{wheel}]", f"must be {'smaller' if geometry.signs[wheel] > 0 else 'greater'} than "
-                                 "the tip diameter",
+                side = "smaller" if geometry.signs[wheel] > 0 else "greater"
+                raise InputError(f"tip_relief.start_diameter[{wheel}]", f"must be {side} than the tip diameter",
                                  units.Shown(start, start), "A relief of no length has no effect: leave it out.")
     if design.speed is not None:
         check_speed_range(design, design.speed)

@@ -246,8 +246,10 @@ class GearDesign(Drawing, HasCard):
             If an input that the pair needs is missing: speed, torque, backlash, damping ratio, and inertia or bore.
         """
         weighed = self.mass is not None or (self.inertia is not None and self.supports is None)
-        needed = [*["quality"] * (self.transmission_error in FROM_QUALITY),
-                  *(["inertia", *["mass"] * (self.supports is not None)] if self.internal else ["bore"] * (not weighed)),
+        bodies = ["bore"] * (not weighed)
+        if self.internal:
+            bodies = ["inertia", *["mass"] * (self.supports is not None)]
+        needed = [*["quality"] * (self.transmission_error in FROM_QUALITY), *bodies,
                   *(() if isinstance(self.stiffness, TableFile) else methods()[self.stiffness].needs),
                   "backlash", "damping_ratio", "speed", "torque"]
         self.require(dict.fromkeys(needed))
@@ -308,8 +310,8 @@ class GearDesign(Drawing, HasCard):
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """Sentences about what the methods of the transmission error and of the stiffness assume, how files were read, and
-        what is not known of a ring.
+        """Sentences about what the methods of the transmission error and of the stiffness assume, how files were read,
+        and what is not known of a ring.
         """
         found: list[str] = []
         with suppress(InputError):  # reported by what needs the transmission error
@@ -318,8 +320,8 @@ class GearDesign(Drawing, HasCard):
             found.extend(self.mesh_stiffness.notes)
         if self.internal:
             free = 1e3 * self.geometry.start_of_active_profile[1]
-            found.append("the root of the ring is that of its cutter, which must leave the involute up to a diameter of "
-                         f"{free:.5g} mm. Its rim is taken as rigid, and root stresses are those of the pinion")
+            found.append(f"the root of the ring is that of its cutter, which must leave the involute up to {free:.5g} "
+                         "mm in diameter. Its rim is taken as rigid, and root stresses are those of the pinion")
         return sentences(found)
 
 

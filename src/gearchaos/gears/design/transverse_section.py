@@ -1,8 +1,8 @@
 """The transverse section of a gear pair in mesh: outlines of the teeth, line of action and path of contact.
 
 Lengths are in m, angles in rad. The centre of wheel 1, which drives clockwise, is the origin; that of wheel 2 lies
-above it at (0, a), that of a ring below it at (0, −a). Distances along the line of action are measured from the point where it touches the base circle of
-wheel 1.
+above it at (0, a), that of a ring below it at (0, −a). Distances along the line of action are measured from the point
+where it touches the base circle of wheel 1.
 """
 
 from __future__ import annotations
@@ -111,8 +111,8 @@ class TransverseSection:
         if self.geometry.signs[wheel] > 0:
             return outline if teeth is None else np.vstack([outline, self.centres[wheel]])
         inside = outline - self.centres[wheel]
-        ends = np.unwrap(np.arctan2(inside[:, 1], inside[:, 0]))[[-1, 0]]
-        angle = np.linspace(*ends, max(len(inside), 361))
+        angle = np.unwrap(np.arctan2(inside[:, 1], inside[:, 0]))
+        angle = np.linspace(angle[-1], angle[0], max(len(inside), 361))
         back = self.centres[wheel] + self.outer_radii[wheel] * np.column_stack([np.cos(angle), np.sin(angle)])
         apart = np.full((int(teeth is None), 2), math.nan)
         return np.vstack([outline, apart, back, apart])

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from gearchaos.errors import InputError
-from gearchaos.gears.geometry.dimensions import Geometry, Pair
+from gearchaos.gears.geometry.dimensions import Geometry
 from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.gears.io.fields import Formula, described
 
