@@ -8,10 +8,11 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from matplotlib.path import Path
+from scipy.linalg import eigh
 
 import gearchaos as gc
 from gearchaos.errors import InputError
-from gearchaos.gears.design.transverse_section import TransverseSection
+from gearchaos.gears.design.transverse_section import TransverseSection, transverse_section
 from gearchaos.gears.geometry.backlash import ThicknessAllowances
 from gearchaos.gears.geometry.checks import check_geometry, interference_depth, largest_tip_diameter
 from gearchaos.gears.geometry.corner_contact import corner_gap
@@ -179,6 +180,8 @@ def test_back_flanks_enter_where_the_outlines_have_them(geometry):
     assert later - round(later) == pytest.approx(0, abs=1e-9)
 
 
+SET = {"sun": {"inertia": 1e-3}, "carrier": {"inertia": 0.05}, "ring": {"fixed": True},
+       "planet": {"inertia": 1e-3, "mass": 0.5}}
 DESIGN = {"teeth": (20, 61), "internal": True, "module": "3 mm", "face_width": "20 mm", "profile_shift": (0.2, -0.2),
           "tip_alteration": (0, "-0.4 mm"), "inertia": ("2e-4 kg*m^2", "2e-2 kg*m^2"), "damping_ratio": 0.05,
           "backlash": {"value": "0.12 mm", "of": "line of action"}, "torque": 60, "speed": 3000}
@@ -197,30 +200,30 @@ def test_a_train_of_both_wheels_moves_as_the_pair():
     with pytest.raises(InputError, match="internal = true"):
         gc.Mesh(between=("pinion", "ring"), design=gc.GearDesign(
             teeth=(20, 61), module="3 mm", face_width="20 mm"), internal=True)
+    with pytest.raises(InputError, match="two external wheels"):
+        gc.PlanetarySet(count=1, teeth=(20, 61, 142), design=design, **SET)
 
 
-def test_supports_along_the_line_of_action_move_as_those_of_a_train():
-    """Natural frequencies with supports, the train's wheels on supports along the line of action."""
+def test_on_supports_the_wheels_move_by_the_moments_of_the_tooth_force():
+    """Natural frequencies where each wheel moves along the line of action too, signs from the drawn pair."""
     design = gc.GearDesign(**DESIGN, load_sharing="prescribed", mass=("0.5 kg", "4 kg"),
                            supports={"stiffness": ["2e8 N/m", "3e8 N/m"], "damping_ratio": 0.05})
-    pair = design.to_pair()
-    along = 0.3
-    bodies = [gc.Body(name=name, inertia=inertia, torque=torque, mass=mass, support={
-        "stiffness": stiffness, "direction": along}) for name, inertia, torque, mass, stiffness in (
-            ("pinion", pair.I1, 60, pair.m1, pair.c1), ("ring", pair.I2, -183, pair.m2, pair.c2))]
-    train = gc.Train(speed=3000, bodies=bodies, meshes=[
-        gc.Mesh(between=("pinion", "ring"), design=replace(design, supports=None), line_of_action=along)])
-    one, other = (gc.natural_frequencies(each).natural_frequency.values[-3:] for each in (design, train))
-    np.testing.assert_allclose(one, other, rtol=1e-9)
+    pair, section = design.to_pair(), transverse_section(design)
+    force = section.direction  # on the ring; clockwise moments of it
+    (x, y), reach = force, section.pitch_point - section.centres
+    moments = reach[:, 1] * x - reach[:, 0] * y
+    deflection = np.array([moments[0], -moments[1], 1.0, -1.0])
+    stiffness = pair.c0 * np.outer(deflection, deflection) + np.diag([0, 0, pair.c1, pair.c2])
+    expected = eigh(stiffness, np.diag([pair.I1, pair.I2, pair.m1, pair.m2]), eigvals_only=True)[1:]
+    found = gc.natural_frequencies(design).natural_frequency.values[-3:]
+    np.testing.assert_allclose(found, np.sqrt(expected) / (2 * math.pi), rtol=1e-9)
 
 
 def test_the_stiffness_is_that_of_the_ring_of_a_planetary_set():
     rack = {"addendum": 0.8}
     design = gc.GearDesign(teeth=(27, 36), module="2.8 mm", face_width="20 mm", bore="20 mm", damping_ratio=0.05,
                            rack=rack, backlash={"value": "0.1 mm", "of": "line of action"}, speed=1000, torque=200)
-    given = {"sun": {"inertia": 1e-3}, "carrier": {"inertia": 0.05}, "ring": {"fixed": True},
-             "planet": {"inertia": 1e-3, "mass": 0.5}}
-    planets = gc.PlanetarySet(count=3, teeth=(27, 36, 99), design=design, **given)
+    planets = gc.PlanetarySet(count=3, teeth=(27, 36, 99), design=design, **SET)
     own = gc.GearDesign(teeth=(36, 99), internal=True, module="2.8 mm", face_width="20 mm", inertia=1e-3, torque=200,
                         rack=rack, load_sharing="prescribed", damping_ratio=0.05, speed=1000, backlash=design.backlash)
     ring, mesh = planets.ring_geometry, planets.meshes[1]

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from gearchaos.errors import InputError
-from gearchaos.gears.geometry.dimensions import Geometry, mating_geometry
+from gearchaos.gears.geometry.dimensions import Geometry, mating_geometry, shift_sum
 from gearchaos.gears.geometry.internal import InternalGeometry
 from gearchaos.gears.geometry.tooth_root import involute
 from gearchaos.gears.io import units
@@ -170,6 +170,9 @@ class PlanetarySet(Record):
         for name in _OF_DESIGN if self.design is not None else ():
             if (value := getattr(self, name)) is not None:
                 raise InputError(name, "must be left out beside design", value, "The gears have that of their design.")
+        if self.design is not None and self.design.internal:
+            raise InputError("design", "must be that of two external wheels", "an internal pair",
+                             "It is that of the sun and a planet.")
         if self.design is not None and self.design.teeth != (sun, planet):
             raise InputError("teeth", f"must begin with {list(self.design.teeth)}, those of the design",
                              [sun, planet], "Its wheel 1 is the sun, its wheel 2 a planet.")
@@ -203,9 +206,7 @@ class PlanetarySet(Record):
         sun, own, z = self.geometry, self.geometry.profile_shift[1], self.teeth[1:]
         width, alteration = (sun.face_width[1],) * 2, (sun.tip_alteration[1], 0.0)
         given = InternalGeometry(**{**asdict(sun), "teeth": z, "face_width": width, "tip_alteration": alteration})
-        opening = involute(given.working_pressure_angle) - involute(given.transverse_pressure_angle)
-        shift = -own - (z[1] - z[0]) * opening / (2 * math.tan(given.pressure_angle))
-        return replace(given, profile_shift=(own, shift))
+        return replace(given, profile_shift=(own, shift_sum(given) - own))
 
     def _of_ring(self, sun_mesh: Mesh) -> dict[str, Any]:
         """What the ring mesh has where it is not given, beside a design."""
