@@ -20,6 +20,7 @@ from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE, mating_geometry,
 from gearchaos.gears.geometry.internal import InternalGeometry
 from gearchaos.gears.mesh.tooth_pairs import back_phase
 from tests.oracles import involute_oracle as oracle
+from tests.oracles.test_tip_interference import circumferential_depth
 
 DEGREE = math.pi / 180
 CLOSE = {"rel": 1e-11, "abs": 0.0}
@@ -139,6 +140,19 @@ def test_the_smallest_ring_only_just_passes_the_fillet_of_the_pinion():
         other = replace(geometry, tip_alteration=(0.0, (geometry.tip_diameter[1] - smallest - change) / 2))
         assert other.tip_diameter[1] == pytest.approx(smallest + change, rel=1e-12)
         assert (interference_depth(other, 0) > 1e-9 * geometry.normal_module) is enters
+
+
+def test_the_depth_in_the_fillet_of_the_pinion_is_that_of_the_outlines():
+    geometry = internal((40, 90), (0.0, 0.0), (0.0, -0.05e-3), root_radius=0.45, dedendum=1.1)
+    depths = [-math.inf]
+    for phase in np.arange(0, 1, 1 / 64):
+        section = TransverseSection(geometry, 0.0, float(phase))
+        ring, near = section.outline(1, range(-3, 4), 0.0), section.outline(0, range(-3, 4), 40.0)
+        corners = ring[np.hypot(*(ring - section.centres[1]).T) < geometry.tip_diameter[1] / 2 * (1 + 1e-9)]
+        depths += [circumferential_depth(near, math.hypot(x, y), math.atan2(y, x)) for x, y in corners
+                   if math.hypot(x, y) < geometry.root_form_diameter[0] / 2]
+    assert max(depths) == pytest.approx(interference_depth(geometry, 0), rel=0.02)
+    assert max(depths) > 5e-6
 
 
 def test_a_published_pair_of_khk():

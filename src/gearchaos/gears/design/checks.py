@@ -45,8 +45,7 @@ def check_inputs(design: Drawing) -> None:
     if design.centre_distance is not None:
         reference = transverse * kind.sum_of(design.teeth) / 2
         nominal = units.Length(reference, design.centre_distance)
-        most = 2 if design.internal else 1.3  # with few teeth of difference rings are cut with large shifts
-        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, most * reference,
+        check_plausible("centre_distance", design.centre_distance, 0.8 * reference, 1.3 * reference,
                         f"Without profile shift it is {nominal} for these teeth and this module.")
     alterations = () if design.tip_alteration == KEEP_CLEARANCE else design.tip_alteration
     for name, lengths in (("tip_alteration", alterations), ("eccentricity", design.eccentricity)):
