@@ -385,5 +385,5 @@ _GROUPS: dict[str, dict[str, _Row]] = {
 def pair_title(design: GearDesign) -> str:
     """Kind, teeth and module of a pair."""
     kind = "Helical" if design.helix_angle else "Spur"
-    kind = f"Internal {kind.lower()}" if design.internal else kind
-    return f"{kind} gear pair {design.teeth[0]}/{design.teeth[1]}, module {design.module * 1e3:.6g} mm"
+    kind = f"Internal {kind.lower()}" if design.internal else f"{kind} gear"
+    return f"{kind} pair {design.teeth[0]}/{design.teeth[1]}, module {design.module * 1e3:.6g} mm"

@@ -111,8 +111,8 @@ def test_the_datasheet_leaves_out_what_a_ring_has_not(design):
 
 def test_words_say_that_it_is_a_ring(design, ring):
     text = ask("gear", ring, "--speed", "2000:2400:2", code=0).stdout
-    assert "Internal spur gear pair 20/61, module 3 mm" in text and "ISO 6336-1, the ring as a rack" in text
-    assert "root stresses are those of the pinion." in " ".join(design.assumptions)
+    assert "Internal spur pair 20/61, module 3 mm" in text and "ISO 6336-1, the ring as a rack" in text
+    assert "Root stresses are those of the pinion." in " ".join(design.assumptions)
     assert inputs_in_words(design)["teeth"] == "20 / 61, wheel 2 a ring"
     assert "Gear design: internal spur gears, 20 and 61 teeth" in design._repr_html_()
 
