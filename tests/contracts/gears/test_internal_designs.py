@@ -106,6 +106,8 @@ def test_the_datasheet_leaves_out_what_a_ring_has_not(design):
                      "root_stress_correction", "root_stress"}
     assert math.isfinite(json.loads(json.dumps(entries["virtual_teeth"].value, allow_nan=False))[0])
     assert {name for name, entry in entries.items() if entry.value is None and not entry.expected} == {"masses"}
+    assert "A ring is no disc" in entries["masses"].reason
+    assert "A ring is no disc" in datasheet(replace(design, inertia=None, mass=1.0))["inertias"].reason
     assert all(entries[name].value > 1 for name in ("Kv_ISO_B", "Kv_ISO_C", "Kv_AGMA"))
 
 
@@ -147,7 +149,7 @@ def test_the_picture_has_the_pinion_in_the_ring(design):
     assert top > 1e3 * (ring[1] + outer) and bottom < 1e3 * (ring[1] - outer)
     material = whole.patches[1].get_xy()
     inside, outside = (Path(each) for each in np.split(material, np.flatnonzero(np.isnan(material[:, 0])))[:2])
-    points = 1e3 * np.array([own, ring, ring + [0, outer - 1e-3]])
+    points = 1e3 * np.array([own, ring, ring + np.array([0, outer - 1e-3])])
     assert inside.contains_points(points).tolist() == [True, True, False]
     assert Path(outside.vertices[1:]).contains_points(points).all()
     close = gc.plot.gear_pair(design).child_axes[0]

@@ -320,9 +320,9 @@ class GearDesign(Drawing, HasCard):
             found.extend(self.mesh_stiffness.notes)
         if self.internal:
             free = 1e3 * self.geometry.start_of_active_profile[1]
-            found.append("root stresses are those of the pinion. The root of the ring is that of its cutter, which must "
-                         f"leave the involute up to {free:.5g} mm in diameter. Its rim is taken as rigid. Formulae have the signs of "
-                         "ISO 21771: z2, the diameters of the ring and a are negative there")
+            found.append("root stresses are those of the pinion. The root of the ring is that of its cutter, which "
+                         f"must leave the involute up to {free:.5g} mm in diameter. Its rim counts as rigid. Formulae "
+                         "have the signs of ISO 21771: z2, the diameters of the ring and a are negative there")
         return sentences(found)
 
 
