@@ -2,6 +2,7 @@
 
 import json
 import math
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -12,10 +13,13 @@ from scipy.optimize import brentq
 import gearchaos as gc
 from gearchaos.cards.inputs import inputs_in_words
 from gearchaos.datasheet.quantities import datasheet
+from gearchaos.explorer.core.drawing import Drawing
+from gearchaos.explorer.core.opened import study_view
 from gearchaos.gears.design.transverse_section import RIM, transverse_section
 from gearchaos.gears.geometry.dimensions import Geometry
 from gearchaos.gears.geometry.root_stress import root_factors
-from gearchaos.gears.operation.operating import gears_from_json, gears_json
+from gearchaos.gears.operation.operating import gears_from_json, gears_json, gears_of
+from gearchaos.studyfile import load_study
 from tests.commands import ask, run_json
 
 RING = """[design]
@@ -154,3 +158,13 @@ def test_the_picture_has_the_pinion_in_the_ring(design):
     assert Path(outside.vertices[1:]).contains_points(points).all()
     close = gc.plot.gear_pair(design).child_axes[0]
     assert [text.get_text() for text in close.texts] == ["A", "E", "C"]
+
+
+def test_the_explorer_opens_it_without_the_form_of_a_drawing(design, ring):
+    assert gears_of(study_view(load_study(ring)).operating_point) == design
+    assert Drawing.of_study(tomllib.loads(RING)) is None
+
+
+def test_teeth_that_differ_turn_in_a_train_whose_wheels_turn_the_same_way(design):
+    train = replace(design, faults=[{"wheel": 2, "tooth": 5, "stiffness_loss": 0.3}]).to_train()
+    assert train.meshes[0].internal and train.speeds["wheel2"] == pytest.approx(3000 * 20 / 61)
