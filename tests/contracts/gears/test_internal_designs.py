@@ -149,6 +149,7 @@ def test_the_picture_has_the_pinion_in_the_ring(design):
     whole = gc.plot.gear_pair(design, teeth=None)
     arrows = [np.column_stack(line.get_data()) for line in whole.lines if 20 < len(line.get_xdata()) < 40]
     assert len(arrows) == 2 and all(arrow[-1, 1] > arrow[0, 1] for arrow in arrows)  # at the left, upwards: clockwise
+    assert np.hypot(*arrows[0].T).max() < 30  # that of the pinion on it, where no ring is
     top, bottom = whole.get_ylim()[1], whole.get_ylim()[0]
     assert top > 1e3 * (ring[1] + outer) and bottom < 1e3 * (ring[1] - outer)
     material = whole.patches[1].get_xy()

@@ -35,7 +35,8 @@ class TransverseSection:
     teeth overlap nowhere unless the gears do; points of contact are corners of it. Where the backlash, total along the
     line of action, m, is larger than that of nominal teeth, the teeth of both wheels are made thinner by equal amounts,
     as far as their tips allow. This changes neither root nor tip circles. The teeth of a ring are involutes to the root
-    circle, since nothing says where the fillets of their cutter begin.
+    circle, since nothing says where the fillets of their cutter begin, and since these are concave, chords lie outside
+    the tooth by some 1e-4 modules.
 
     The phase is the instant, as a fraction of the mesh period since a tooth pair entered contact in this plane, in [0,
     1).

@@ -86,16 +86,16 @@ def check_geometry(geometry: Geometry) -> None:
                 f"After the first contact the tip of wheel {mate + 1} enters the root fillet of wheel {wheel + 1}, "
                 f"by {depth:.3g} µm. Shorten the teeth of wheel {mate + 1} by tip_alteration, or give a rack with a "
                 "smaller root_radius or a larger dedendum.")
-    if isinstance(geometry, InternalGeometry) and geometry.tip_gap <= 0:
-        raise InputError("teeth", "must leave the tips room to pass each other after contact", list(geometry.teeth),
-                         f"They collide by {-geometry.tip_gap * 1e6:.4g} µm on the tip circle of the ring. Give the "
-                         "ring more teeth, shorten the teeth by a negative tip_alteration, or give a larger "
-                         "centre_distance with shifts for it.")
     if geometry.contact_ratio < 1:
         raise InputError("contact_ratio", "must be at least 1", geometry.contact_ratio,
                          "Between two pairs of teeth there would be none in contact. Give more addendum, a "
                          f"{'smaller' if geometry.signs[1] > 0 else 'larger'} centre_distance or a smaller sum of "
                          "profile_shift.")
+    if isinstance(geometry, InternalGeometry) and geometry.tip_gap <= 0:
+        raise InputError("teeth", "must leave the tips room to pass each other after contact", list(geometry.teeth),
+                         f"They collide by {-geometry.tip_gap * 1e6:.4g} µm on the tip circle of the ring. Give the "
+                         "ring more teeth, shorten the teeth by a negative tip_alteration, or give a larger "
+                         "centre_distance with shifts for it.")
 
 
 def geometry_warnings(geometry: Geometry) -> tuple[str, ...]:

@@ -66,7 +66,8 @@ class InternalGeometry(Geometry):
     @property
     def tip_gap(self) -> float:
         """Arc on the tip circle of the ring by which the corners of both tips pass each other after the contact of
-        nominal teeth without backlash, m; negative where they collide, as with few teeth of difference.
+        nominal teeth without backlash, m; negative where they collide, as with few teeth of difference. It needs a
+        positive contact ratio.
 
         The corners leave the contact at their own ends of the path. Where the tip circles intersect, the corner of the
         pinion is at θ1 from the line of centres about its axis, and at θ2 about that of the ring. From the flanks in
@@ -75,8 +76,6 @@ class InternalGeometry(Geometry):
         """
         (tip, ring_tip), bases, distance = self.tip_diameter, self.base_diameter, self.centre_distance
         r, ring, working = tip / 2, ring_tip / 2, involute(self.working_pressure_angle)
-        if ring >= distance + r:
-            return math.inf
         own, other = (involute(math.atan2(2 * along, base)) - working
                       for along, base in zip(self.tip_tangents, bases, strict=True))
         at_pinion = math.acos((ring**2 - r**2 - distance**2) / (2 * distance * r))
