@@ -19,6 +19,7 @@ from gearchaos.gears.geometry.corner_contact import corner_gap
 from gearchaos.gears.geometry.dimensions import KEEP_CLEARANCE, mating_geometry, shift_sum
 from gearchaos.gears.geometry.internal import InternalGeometry
 from gearchaos.gears.mesh.tooth_pairs import back_phase
+from tests.closed_forms.test_planetary_sets import NREL
 from tests.oracles import involute_oracle as oracle
 from tests.oracles.test_tip_interference import circumferential_depth
 
@@ -231,6 +232,22 @@ def test_on_supports_the_wheels_move_by_the_moments_of_the_tooth_force():
     expected = eigh(stiffness, np.diag([pair.I1, pair.I2, pair.m1, pair.m2]), eigvals_only=True)[1:]
     found = gc.natural_frequencies(design).natural_frequency.values[-3:]
     np.testing.assert_allclose(found, np.sqrt(expected) / (2 * math.pi), rtol=1e-9)
+
+
+@pytest.mark.parametrize("stage", NREL)
+def test_the_rings_of_the_nrel_gearbox_are_those_of_kisssoft(stage):
+    (_, *teeth), module, width, distance, (_, *shifts), expected = NREL[stage]
+    planet_tip = {"stage 1": "905.470 mm", "stage 2": "815.663 mm"}[stage]
+    design = gc.GearDesign(
+        teeth=teeth, internal=True, module=f"{module} mm", face_width=f"{width} mm", centre_distance=f"{distance} mm",
+        profile_shift=shifts, tip_diameter=[planet_tip, f"{expected[2]} mm"], torque=1e5,
+        blank=[{"rim": f"{3.5 * module} mm", "web": f"{0.25 * width} mm"}, "solid"])
+    found, stiffness = design.geometry, design.tooth_stiffness
+    assert found.working_pressure_angle / DEGREE == pytest.approx(expected[0], abs=6e-4)
+    assert found.contact_ratio == pytest.approx(expected[1], abs=5e-4)
+    assert 1e3 * found.root_diameter[1] == pytest.approx(expected[3], abs=1.1e-3)
+    assert abs(found.theoretical_backlash) < 1e-6 and design.warnings == ()
+    assert (stiffness.single_stiffness / 1e9, stiffness.mesh_stiffness / 1e9) == pytest.approx(expected[4:], abs=6e-4)
 
 
 def test_the_stiffness_is_that_of_the_ring_of_a_planetary_set():

@@ -195,7 +195,7 @@ def design_warnings(design: Drawing) -> tuple[str, ...]:
     if any(design.blanks) and design.stiffness != ISO:
         found.append("blank has no effect on the motion: C_R belongs to the mesh stiffness by ISO 6336-1, which is not "
                      "the method of the design. It counts in K_v of the standards.")
-    if any(design.blanks) and design.inertia is None:
+    if any(design.blanks) and design.inertia is None and not design.internal:
         found.append("blank has no effect on masses and moments of inertia, which are those of solid discs: give mass "
                      "and inertia.")
     return tuple(found)
