@@ -148,7 +148,7 @@ def test_an_edge_is_that_of_the_motion_that_goes_furthest_in_whatever_order(insi
 def test_an_orbit_of_a_shorter_period_is_the_same_motion_only_where_both_merge():
     one = np.ones(1)
     far = FollowedOrbits(np.full((2, 1), 0.1), np.zeros((1, 2)), one > 0, one > 0, one.astype(int), one, one, one,
-                  np.zeros((1, 0), int), one > 0)
+                  np.zeros((1, 0), int), np.zeros((1, 0)), one > 0)
     paths = [Path({}, 100.0, 101.0, 2, np.zeros(2))]
     assert far.fails(np.zeros((2, 1)), paths).tolist() == [1] and far.fails(far.w - 1e-3, paths).tolist() == [0]
     assert replace(far, shorter=one < 0).fails(np.zeros((2, 1)), paths).tolist() == [0]

@@ -172,11 +172,11 @@ def test_jumps_are_printed_by_their_size_and_the_others_in_one_line(capsys):
               "event_kind": ["fold", NOT_PERIODIC, NOT_PERIODIC, NOT_PERIODIC, GOES_ON],
               "event_speed": [1405.0, *[math.nan] * 4]}
     without = gc.runup(MODEL.gears, "speed=1240:1260", 0.3)
-    print_runup(without, runup_document(without, None), MODEL)
+    print_runup(without, runup_document(without, None, MODEL), MODEL)
     assert "; no jumps" in " ".join(capsys.readouterr().out.split())
     found = without.drop_dims("jump", errors="ignore").assign(
         {name: ("jump", each) for name, each in {**values, "direction_of_jump": ["up"] * 5}.items()})
-    document = runup_document(found, None)
+    document = runup_document(found, None, MODEL)
     print_runup(found, document, MODEL)
     said = " ".join(capsys.readouterr().out.split())
     assert "no jumps" not in said

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _SAID = 3  # springs that are named, those with most of the energy of a mode
 _LEAST = 0.05  # share of the energy of a spring that is named
 _HARMONICS = 3  # of a mesh frequency whose speeds are told
-_NEAR = 0.1  # of a single speed, relative
+NEAR = 0.1  # of a single speed, relative
 
 
 @app.command(rich_help_panel="Gears")
@@ -89,7 +89,7 @@ def _limits(text: str) -> tuple[float, float]:
     if ":" not in text:
         plain = text.replace(".", "", 1).isdigit()
         value = to_si("--speed", float(text) if plain else text, SPEED, POSITIVE)
-        return (1 - _NEAR) * value, (1 + _NEAR) * value
+        return (1 - NEAR) * value, (1 + NEAR) * value
     if text.count(":") > 1:
         raise InputError("--speed", "must be a speed or a range", text, "E.g. 3000 or 500:4000.")
     axis = operating_axis("speed", text, "--speed", 2)

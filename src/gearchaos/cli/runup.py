@@ -6,20 +6,25 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from gearchaos.cli.modes import NEAR
 from gearchaos.cli.output import edges_in_words, plain_table, print_table, print_wrapped, ranges
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.io.units import measured
 from gearchaos.studies.operation.factor_context import root_in_result, words_beside
 from gearchaos.studies.runup.measured_runup import compared_orders, comparison_words
 from gearchaos.studies.runup.runup_jumps import GOES_ON, NOT_PERIODIC, response_peaks
+from gearchaos.studies.vibration.natural_frequencies import natural_frequencies
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def runup_document(dataset: xr.Dataset, over: xr.Dataset | None) -> dict[str, Any]:
-    """The JSON document of a run-up: its jumps, peaks, and the ranges of speeds with lost contact in each
-    direction; beside what was measured ``over`` it the largest amplitudes of both at mesh orders."""
+def runup_document(dataset: xr.Dataset, over: xr.Dataset | None, model: Any) -> dict[str, Any]:
+    """The JSON document of a run-up: its jumps, peaks with the natural frequency that they are near, if there is one,
+    and the ranges of speeds with lost contact in each direction; beside what was measured ``over`` it the largest
+    amplitudes of both at mesh orders."""
     names = {"speed": "speed_of_jump", "direction": "direction_of_jump", "from": "factor_before_jump",
              "to": "factor_after_jump", "clear": "clear_jump"}
     jumps = [dict(zip(names, row, strict=True)) for row in zip(
@@ -29,13 +34,18 @@ def runup_document(dataset: xr.Dataset, over: xr.Dataset | None) -> dict[str, An
                 jumps, *(dataset[n].values.tolist() for n in ("event_kind", "event_speed")), strict=True):
             jump |= ({"event": None, "why": _WHY[kind]} if math.isnan(speed) else
                      {"event": {"kind": kind, "speed": speed}})
+    natural = natural_frequencies(model.gears)["natural_frequency"].values
     peaks, ways = [], {}
     for way in dataset["direction"].values.tolist():
         one = dataset.sel(direction=way)
         for i in response_peaks(one["dynamic_factor"].values):
             at = one.isel(speed=i)
             line = at["order_force"][1:].fillna(0.0)
-            peaks.append({"speed": at["speed"].item(), "order": line["order"].values[int(line.argmax("order"))].item(),
+            order = line["order"].values[int(line.argmax("order"))].item()
+            frequency = order * at["speed"].item() / 60
+            near = natural[np.abs(natural / frequency - 1).argmin()].item()
+            peaks.append({"speed": at["speed"].item(), "order": order, "frequency": frequency,
+                          "natural_frequency": near if abs(near - frequency) <= NEAR * near else None,
                           "dynamic_factor": at["dynamic_factor"].item(), "direction": way})
         states = {word: one["contact"].values == CONTACTS.index(state) for word, state in (
             ("contact_lost", "one-sided"), ("both_flanks", "two-sided"), ("no_contact", "none"))}
@@ -87,10 +97,12 @@ def print_runup(dataset: xr.Dataset, content: dict[str, Any], model: Any) -> Non
                  f"{step:.3g} rpm. Begun from rest, other motions may exist. Jumps are changes of the force's range "
                  f"by a quarter or more from one steady motion to another, the largest first.{repeats}")
     if content["peaks"]:
-        table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", left=("direction",))
+        table = plain_table("direction", "peak at (rpm)", "dynamic factor", "order", "Hz", "natural\nfrequency (Hz)",
+                            left=("direction",))
         for peak in content["peaks"]:
+            near = peak["natural_frequency"]
             table.add_row(peak["direction"], f"{peak['speed']:.5g}", measured(peak["dynamic_factor"]),
-                          f"{peak['order']:g}")
+                          f"{peak['order']:g}", f"{peak['frequency']:.5g}", f"{near:.5g}" if near else "none near")
         print_table(table)
     if "measured" in content:
         print("Largest amplitudes of the mesh orders over the speeds that both have, peak:")

@@ -374,7 +374,8 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                  lambda found, content: _of("branches").print_skeleton(content)),
     "rattle": (lambda found: {**found.head, **_of("rattle").rattle_document(found.plain, found.axes[0])},
                lambda found, content: _of("rattle").print_rattle(found.in_units, content, found.axes[0])),
-    "runup": (lambda found: {**found.head, **_of("runup").runup_document(found.dataset, found.over)},
+    "runup": (lambda found: {**found.head, **_of("runup").runup_document(
+                  found.dataset, found.over, found.loaded.model)},
               lambda found, content: _of("runup").print_runup(found.dataset, content, found.loaded.model)),
     "orders": (lambda found: {**found.head, **_of("orders").orders_document(found.dataset)},
                lambda _, content: _of("orders").print_orders(content)),

@@ -17,7 +17,8 @@ _LOST = {"one-sided": "contact is lost at", "two-sided": "both flanks are hit at
 
 
 def print_train(verdict: Verdict) -> None:
-    """Print the answer for a train: the contact of each mesh, and a table of forces and impacts."""
+    """Print the answer for a train: which meshes carry nothing at rest, the contact of each, and a table of forces and
+    impacts."""
     by_contact: dict[str, list[str]] = {}
     for name, found in verdict.meshes.items():
         by_contact.setdefault(found["contact"], []).append(name)
@@ -25,6 +26,9 @@ def print_train(verdict: Verdict) -> None:
     parts = [f"{_LOST[contact]} {', '.join(names)}" for contact, names in by_contact.items()]
     if kept:
         parts.append("all others keep contact" if parts else "all meshes keep contact")
+    idle = [name for name, found in verdict.meshes.items() if found["dynamic_factor"] is None]
+    if 0 < len(idle) < len(verdict.meshes):  # it is in the table where it is that of all
+        parts.insert(0, f"no load at rest on {', '.join(idle)}")
     answer = f"{verdict.label}: {'; '.join(parts)}"
     print(textwrap.fill(answer, PAGE_WIDTH, subsequent_indent="  ", break_on_hyphens=False))
     model: Any = verdict.model

@@ -59,9 +59,9 @@ class Path(NamedTuple):
 
 @dataclass
 class FollowedOrbits:
-    """L orbits: states (d, L), multipliers (L, d), contact states of the K meshes (L, K). All else is (L,): whether
-    each is found and stable, the response, compression and deflection of its first mesh, and whether its period is
-    shorter than that of the motion before."""
+    """L orbits: states (d, L), multipliers (L, d), contact states and dynamic factors of the K meshes (L, K). All
+    else is (L,): whether each is found and stable, the response, compression and deflection of its first mesh, and
+    whether its period is shorter than that of the motion before."""
 
     w: np.ndarray
     multipliers: np.ndarray
@@ -72,6 +72,7 @@ class FollowedOrbits:
     compression: np.ndarray
     deflection: np.ndarray
     meshes: np.ndarray
+    mesh_factors: np.ndarray
     shorter: np.ndarray
 
     def take(self, which: np.ndarray) -> FollowedOrbits:
@@ -113,7 +114,8 @@ class Follower:
         response, meshes = compute_response(measures, period * flow.system.period, period, flow.system.static_force)
         return FollowedOrbits(state, found.multipliers, found.converged, found.stable, response.contact.astype(int),
                       response.dynamic_factor, teeth.compression, teeth.deflection,
-                      meshes.mesh_contact, minimal_period(flow, state, points, period) < period)
+                      meshes.mesh_contact, meshes.mesh_dynamic_factor,
+                      minimal_period(flow, state, points, period) < period)
 
     def goes_on(self, paths: Sequence[Path]) -> tuple[FollowedOrbits, np.ndarray]:
         """The orbits at the ends of L paths, which are reached at once or in a few steps, and whether each is, (L,)."""

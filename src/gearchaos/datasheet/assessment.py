@@ -6,12 +6,13 @@ Terminal, page, PDF and explorer all say these words. They are parts of sentence
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from gearchaos.datasheet.quantities import pair_title
+from gearchaos.dynamics.response import MESH
 from gearchaos.gears.geometry.root_stress import ROOT_STRESS
 from gearchaos.gears.io.units import measured
 from gearchaos.gears.operation.operating import is_design
@@ -132,12 +133,13 @@ def decision(found: Assessment) -> list[str]:
     """What to do, in sentences: speeds to avoid in operation, and where the load may change; usable speeds."""
     at, torques = found.at[0], _torques([each.torque for each in found.at], "or")
     windows = [window for each in found.at for window in each.windows]
+    idle = [*_unloaded(found)]
     met = [window for window in windows if window.operation]
     first = f"at {torques} avoid {_ranges(met)}: {_at_worst(met)}" if met else (
         f"at {torques} no speed from {_scanned(found)} is to be avoided in operation: none was found at which "
         f"{at.criterion}")
     if not at.load_change:
-        return [first, *_usable(found)]
+        return [*idle, first, *_usable(found)]
     # which ranges load changes add to those of operation, and the factor that these then reach if it is larger
     met_from = [(part[0].reach[0], _stop(part)) for part in _merged(met)]
     more = [window for window in windows if not window.operation and not any(
@@ -149,7 +151,19 @@ def decision(found: Assessment) -> list[str]:
         most = max(larger, key=lambda each: each.dynamic_factor)
         words += (f"; in the ranges before, the factor then reaches {measured(most.dynamic_factor, 3)} at "
                   f"{speed_in_words(most.speed, 0)} rpm")
-    return [first, f"where {'' if at.wide else 'there may be '}{at.load_change}, {words}", *_usable(found)]
+    return [*idle, first, f"where {'' if at.wide else 'there may be '}{at.load_change}, {words}", *_usable(found)]
+
+
+def _unloaded(found: Assessment) -> Iterator[str]:
+    """Which meshes of a train carry nothing at rest, as those of a planet whose pin is too far from its place, at which
+    torques, and whether all ranges to avoid are those of their rattle."""
+    for names in dict.fromkeys(each.unloaded for each in found.at):
+        at = [each for each in found.at if each.unloaded == names]
+        if names and any(each.windows for each in at):
+            others = any(not window.meshes or {*window.meshes} - {*names} for each in at for window in each.windows)
+            yield (f"at {_torques([each.torque for each in at])} {listed(names)} carr{'y' if len(names) > 1 else 'ies'} "
+                   f"no load at rest: " + ("ranges to avoid include those of that rattle" if others else
+                                           "what is to be avoided is that rattle alone, no other mesh separates"))
 
 
 def _ranges(windows: Sequence[Window]) -> str:
@@ -234,6 +248,8 @@ def worst(found: Assessment) -> str:
     meaning = ", where the teeth hit both flanks" * int(there["contact"].values.max() == 2)
     motions = there["motion"].values.tolist()
     after = "" if set(motions) & set(OPERATION) else f" ({MOTIONS[motions[0]]})"
+    if MESH in there.dims:
+        after += f" in {there[MESH].values[int(there['mesh_dynamic_factor'].max('motion').argmax(MESH))]}"
     root = root_in_words(found.gears, at.torque, part.dynamic_factor)
     # the largest root stress where it is at another torque than the largest dynamic factor
     peaks = [(peak_root_stress(found.gears, each.torque, each.largest.dynamic_factor), each) for each in found.at]

@@ -32,6 +32,12 @@ class GearModel(HasCard):
         """Those of the mesh that has the most; 1 where none varies."""
         return max(self.cycles.values(), default=1)
 
+    @property
+    def least_damping_in_words(self) -> str:
+        """The least damping ratio, of a train with the mode that has it."""
+        model: Any = self
+        return f"a damping ratio of {model.zeta:.3g}"
+
     def resonates(self, speed: float) -> bool:
         """Whether an excitation may meet a natural frequency up to this speed of the first body, rpm."""
         return True

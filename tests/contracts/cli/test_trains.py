@@ -1,14 +1,20 @@
 """Trains on the command line: what is said before the work, the answer, JSON in SI, axes by part, what is refused."""
 
 import math
+import re
+from dataclasses import replace
 
 import pytest
 import xarray as xr
 
 import gearchaos as gc
 from gearchaos.cli.modes import print_modes
+from gearchaos.cli.runup import runup_document
+from gearchaos.cli.trains import print_train
+from gearchaos.datasheet.assessment import decision, worst
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import operating_axes
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.plot import campbell
 from gearchaos.studies.maps.bifurcation import Bifurcation
 from gearchaos.studyfile import load_study
@@ -60,6 +66,74 @@ def test_a_verdict_has_its_meshes_in_si():
     assert one["force_mean"] == pytest.approx(0.2 / 0.045, rel=1e-12)  # the mean torques balance
     assert one["impacts_per_second"] == 0 and found["load_shares"] == {}
     assert run_json("regime", LOOSE, "--set", "loose.torque=-0.1")["meshes"]["z1/z2"]["force_least"] == 0
+
+
+IDLE = gc.Train(
+    speed=3000, bodies=[gc.Body(name="motor", inertia=2e-3, torque=20), gc.Body(name="pump", inertia=1e-3, torque=-30),
+                        gc.Body(name="idle", inertia=1e-4)],
+    meshes=[gc.Mesh(name=f"to {name}", between=("motor", name), teeth=(24, z), base_radii=(0.024, z / 1000), backlash=1e-4,
+                    stiffness={"levels": [3e8, 2e8], "starts": [0, 0.6]}, damping=600, error_amplitudes=error)
+            for name, z, error in (("pump", 36, []), ("idle", 30, [4e-6]))])
+"""A pump whose mesh stays in contact, and a wheel that carries nothing and rattles at any speed."""
+
+
+@pytest.fixture(scope="module")
+def of_idle():
+    return gc.assess(IDLE, "500:510:3", starts=2, spacing=0.025, knocks=False)
+
+
+def test_meshes_that_carry_nothing_are_named_before_they_separate(capsys, of_idle):
+    verdict = gc.regime(IDLE)
+    print_train(verdict)
+    assert capsys.readouterr().out.startswith(
+        f"{verdict.label}: no load at rest on to idle; both flanks are hit at to idle; all others\n  keep contact")
+    assert verdict.meshes["to idle"]["dynamic_factor"] is None
+    assert of_idle.at[0].unloaded == ("to idle",) and of_idle.at[0].windows[0].meshes == ("to idle",)
+    said = decision(of_idle)
+    assert said[0] == ("at 20 N m to idle carries no load at rest: what is to be avoided is that rattle alone, no other "
+                       "mesh separates")
+    assert said[1].startswith("at 20 N m avoid ")
+    (at,) = of_idle.at
+    for meshes in ((), ("to idle", "to pump")):  # a force that is too large, another mesh too
+        also = replace(of_idle, at=(replace(at, windows=(replace(at.windows[0], meshes=meshes),)),))
+        assert decision(also)[0].endswith("ranges to avoid include those of that rattle")
+    assert decision(replace(of_idle, at=(replace(at, windows=()),)))[0].startswith("at 20 N m no speed")
+    unknown = at.dataset.assign(mesh_dynamic_factor=at.dataset.mesh_dynamic_factor * math.nan)
+    assert replace(at, dataset=unknown).unloaded == ()  # where all motions diverge it is not known
+
+
+def test_the_largest_dynamic_factor_is_said_with_its_mesh(of_idle):
+    assert " in to pump is " in worst(of_idle)
+    train = gc.open(IDLER)
+    found = gc.assess(train, "2000:2040:3", starts=0, knocks=False)
+    assert worst(found).startswith("the largest dynamic factor in idler/pump is ")
+    (at,) = found.at
+    assert float(at.dataset.mesh_dynamic_factor.max()) == pytest.approx(at.largest.dynamic_factor)
+    for speed, factors in zip(at.dataset.speed.values, at.dataset.mesh_dynamic_factor.sel(motion="rest").values,
+                              strict=True):
+        meshes = gc.regime(train.at(speed=float(speed))).meshes.values()
+        assert factors.tolist() == pytest.approx([mesh["dynamic_factor"] for mesh in meshes], rel=1e-6)
+
+
+def test_a_mode_that_speeds_may_pass_is_named():
+    train = replace(IDLE, meshes=tuple(replace(mesh, damping=20.0) for mesh in IDLE.meshes))
+    found = gc.natural_frequencies(train)
+    weak = found.isel(mode=1 + int(found.damping_ratio[1:].values.argmin()))
+    frequency = float(weak.natural_frequency)
+    assert gc.assess(train, "2000:2005:2", starts=0, knocks=False).at[0].coarse.endswith(
+        f"at a damping ratio of {float(weak.damping_ratio):.3g} of the mode of {frequency:.4g} Hz, met at "
+        f"{60 * frequency / 24:.4g} rpm a resonance may pass between the first speeds")
+
+
+def test_a_peak_of_a_run_up_is_said_with_the_natural_frequency_that_is_near():
+    train = replace(IDLE, meshes=IDLE.meshes[:1], bodies=IDLE.bodies[:2])
+    natural = float(gc.natural_frequencies(train).natural_frequency[1])
+    peaks = runup_document(gc.runup(train, "speed=300:2000", 2.0), None, as_model(train))["peaks"]
+    near = [peak for peak in peaks if peak["natural_frequency"]]
+    assert near and all(peak["frequency"] == pytest.approx(peak["order"] * peak["speed"] / 60) for peak in peaks)
+    assert all(peak["natural_frequency"] == pytest.approx(natural) for peak in near)
+    assert [bool(peak["natural_frequency"]) for peak in peaks] == [
+        abs(peak["frequency"] - natural) <= 0.1 * natural for peak in peaks]
 
 
 @pytest.mark.slow

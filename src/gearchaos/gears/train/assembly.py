@@ -18,6 +18,7 @@ from gearchaos.model.switched import SwitchedAffine
 
 _SAME = 1e-9  # relative difference of instants and errors that coincide
 _ITERATIONS = 20  # in which it is sought which stops act at rest
+_ROUNDING = 1e-13  # of a deflection at rest, relative to the displacements of which it is the difference
 _MOST_CONTACTS = 62  # a set of closed contacts is a whole number with a bit for each
 
 
@@ -208,7 +209,7 @@ class Assembly:
         """Mean forces of all contacts and springs under the mean torques, (P, E), negative on a back flank.
 
         Where meshes close a loop, they share the load by their mean stiffnesses and what stands ahead. One that would
-        have to pull carries nothing. A stop with a spring beside it acts where the twist exceeds its play.
+        have to pull carries nothing, and so does one whose deflection is a rounding error of its parts. A stop with a spring beside it acts where the twist exceeds its play.
         """
         elements = [*self.found.contacts, *self.found.springs]
         rows = np.array([element.row for element in elements])
@@ -228,7 +229,9 @@ class Assembly:
                 total = np.einsum("en,pe,em->pnm", rows, acts, rows)
                 inverse = np.linalg.pinv(total, rcond=1e-12, hermitian=True)
                 q = np.einsum("pnm,pm->pn", inverse, torques - (acts * gap) @ rows)
-                found, twist = acts * (q @ rows.T + gap), q @ rows.T
+                twist = q @ rows.T
+                rounding = _ROUNDING * (np.abs(q) @ np.abs(rows).T + np.abs(gap))
+                found = acts * np.where(np.abs(twist + gap) <= rounding, 0.0, twist + gap)
                 before, side = side, np.where(beside, 1.0 * (twist > front) - (twist < -back), 0.0)
                 if np.array_equal(side, before):
                     break

@@ -111,6 +111,16 @@ class TrainModel(GearModel):
         found = modes(self.train)
         return float(found.damping_ratio[found.frequency > 0].min(initial=1.0))
 
+    @property
+    def least_damping_in_words(self) -> str:
+        """That damping ratio, with the mode and the speeds of the first body at which mesh frequencies meet it."""
+        found, train = modes(self.train), self.train
+        elastic = np.flatnonzero(found.frequency > 0)
+        frequency = float(found.frequency[elastic[found.damping_ratio[elastic].argmin()]])
+        orders = sorted({train.mesh_order(mesh) for mesh in train.meshes}, reverse=True)
+        met = f", met at {', '.join(f'{frequency / (float(o) * RPM):.4g}' for o in orders)} rpm" * bool(orders)
+        return f"{super().least_damping_in_words} of the mode of {frequency / (2 * math.pi):.4g} Hz{met}"
+
     def resonates(self, speed: float) -> bool:
         """Whether an excitation comes near a natural frequency up to this speed, rpm. Stiffnesses and errors that vary
         along the teeth have all orders; without them there are the orders of torques and motions alone."""

@@ -53,6 +53,7 @@ class Motion:
     w: np.ndarray  # (d,), a state on it at phase 0
     meshes: Sequence[int] = ()  # the contact of each mesh of a train
     deflection: float = 0.0  # the largest of the teeth on either flank, in half backlashes; NaN likewise
+    factors: Sequence[float] = ()  # the dynamic factor of each mesh of a train, NaN without static load
     leads_to: dict[float, Motion] = field(default_factory=dict)  # the motion it becomes when the speed changes to this
 
     @property
@@ -154,7 +155,7 @@ def classified(
         return {
             **signature(final, found), "dynamic_factor": found.variables()["dynamic_factor"],
             "compression": found["compression"], "deflection": found["deflection"], "w": found.w.T,
-            "meshes": found["mesh_contact"],
+            "meshes": found["mesh_contact"], "factors": found["mesh_dynamic_factor"],
         }
 
     if len(others):
@@ -163,9 +164,10 @@ def classified(
             points=point[others], kept=kept, progress=progress if len(others) > _MOMENT else None, threads=threads)
         columns = ("label", "period", "contact", "dynamic_factor", "compression", "deflection", "centre_z",
                    "centre_z_dot")
-        for i, label, period, contact, factor, compression, deflection, *centre, state, meshes in zip(
-                others, *(found[n].tolist() for n in columns), found["w"], found["meshes"].tolist(), strict=True):
-            motions[i] = Motion(label, period, contact, factor, compression, centre, state, meshes, deflection)
+        for i, label, period, contact, factor, compression, deflection, *centre, state, meshes, factors in zip(
+                others, *(found[n].tolist() for n in columns), found["w"], found["meshes"].tolist(),
+                found["factors"].tolist(), strict=True):
+            motions[i] = Motion(label, period, contact, factor, compression, centre, state, meshes, deflection, factors)
     ends = np.cumsum(sizes).tolist()
     return [cast("list[Motion]", motions[end - size : end]) for size, end in zip(sizes, ends, strict=True)]
 

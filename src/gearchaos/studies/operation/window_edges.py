@@ -74,6 +74,7 @@ def continued(orbits: FollowedOrbits, index: int, before: Motion) -> Motion:
     """An orbit as a motion, the continuation of one before."""
     return replace(before, contact=int(orbits.contact[index]), dynamic_factor=float(orbits.factor[index]),
                    compression=float(orbits.compression[index]), meshes=orbits.meshes[index].tolist(),
+                   factors=orbits.mesh_factors[index].tolist(),
                    deflection=float(orbits.deflection[index]), w=orbits.w[:, index].copy(), leads_to={})
 
 

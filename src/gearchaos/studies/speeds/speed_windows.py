@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearchaos.dynamics.response import MESH
 from gearchaos.gears.dynamic_factor import standards
 from gearchaos.studies.core.proportions import CONFIDENCE, proportion
 from gearchaos.studies.operation.beyond_the_teeth import BEYOND
@@ -261,7 +262,8 @@ class SpeedsToAvoid:
         train.
     dataset : xarray.Dataset
         Over ``motion`` and ``speed``, all computed speeds: ``label``, ``period``, ``contact``, ``dynamic_factor`` and
-        ``beyond_the_teeth``; 0, 0, −1, NaN and False where there is no such motion. Operation meets the motions from
+        ``beyond_the_teeth``; 0, 0, −1, NaN and False where there is no such motion; of a train, over ``mesh`` too,
+        ``mesh_dynamic_factor``. Operation meets the motions from
         "rest", of "rising" and "falling" speed from both ends, and "changing", the worst of those met by coming slowly
         from rest at other speeds. "load change" is the worst of the others, from states that a change of the load
         leaves, or followed from such a motion to other speeds; with ``wide`` it is "other", from wide ranges of states.
@@ -308,6 +310,14 @@ class SpeedsToAvoid:
             ends += each.reach
         pairs = zip(ends[::2], [*ends[1::2], float(self.dataset["speed"][-1])], strict=True)
         return [UsableRange(start, stop) for start, stop in pairs if start < stop]
+
+    @property
+    def unloaded(self) -> tuple[str, ...]:
+        """The meshes of a train that carry nothing at rest, at any speed."""
+        if MESH not in self.dataset.dims:
+            return ()
+        loaded = self.dataset["mesh_dynamic_factor"].notnull().any(("motion", "speed"))
+        return tuple(loaded["mesh"].values[~loaded.values].tolist()) if loaded.any() else ()  # none where all diverge
 
     @property
     def wide(self) -> bool:

@@ -11,12 +11,14 @@ import numpy as np
 from gearchaos.continuation.natural import PathEnd
 from gearchaos.datasets import new_dataset, provenance, variable, variables
 from gearchaos.dynamics import Classification
+from gearchaos.dynamics.response import MESH
 from gearchaos.gears.design.gear_design import GearDesign
 from gearchaos.gears.io.units import measured
 from gearchaos.gears.operation.operating import as_model, gears_of, is_design
 from gearchaos.studies.core.axis import Axis
 from gearchaos.studies.core.operating_ranges import range_of_speeds
 from gearchaos.studies.core.price import announce
+from gearchaos.studies.core.study import mesh_coordinate
 from gearchaos.studies.operation.beyond_the_teeth import BEYOND
 from gearchaos.studies.operation.followed_motions import (
     MOST_SEVERE,
@@ -141,9 +143,14 @@ def summarised(found: AtTorque) -> SpeedsToAvoid:
         "speeds_to_avoid", model, starts=criteria.starts, spacing=criteria.spacing, seed=criteria.seed,
         classification=asdict(criteria.settings)))
     windows = _windows(found, dataset)
+    if model.mesh_names:
+        factors = np.array([[m.factors if m and m.factors else [np.nan] * len(model.mesh_names) for m in row]
+                            for row in motions.named().values()])
+        dataset = dataset.assign(mesh_dynamic_factor=variable(
+            "mesh_dynamic_factor", ("motion", "speed", MESH), factors)).assign_coords(mesh_coordinate(model))
     coarse = [f"the search ended at {MOST_SPEEDS} speeds"] * (len(motions.speeds) >= MOST_SPEEDS)
     if step_at_resonance(model, motions.speeds[-1]) < RESOLUTION:
-        coarse.append(f"at a damping ratio of {model.zeta:.3g} a resonance may pass between the first speeds")
+        coarse.append(f"at {model.least_damping_in_words} a resonance may pass between the first speeds")
     return SpeedsToAvoid(
         float(torque), windows, criteria.words(found.ratio), found.ratio, dataset, _tried(found), RESOLUTION,
         "; ".join(coarse), gears.error_harmonics.source if is_design(gears) else "as given", found.limits.words,
