@@ -1,14 +1,27 @@
 """Every condition of a verdict in docs/verdicts.md, tested by a motion that fails that condition alone."""
 
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from gearchaos.dynamics import Classification, ClassificationState, Label, Reason, classify, orbits, time_series
+import gearchaos as gc
+from gearchaos.dynamics import (
+    REASONS,
+    Classification,
+    ClassificationState,
+    Label,
+    Reason,
+    classify,
+    orbits,
+    time_series,
+)
 from gearchaos.dynamics.orbits import candidates
 from gearchaos.dynamics.settings import SINGLE_MOTION
+from gearchaos.errors import DesignWarning
+from gearchaos.gears.operation.operating import as_model
 from gearchaos.model import MeshModel
 from gearchaos.studies.maps.bifurcation import Bifurcation
 from gearchaos.studies.maps.zones import Zones
@@ -144,6 +157,21 @@ def test_neutral_is_on_the_unit_circle_to_a_billionth_and_stable_inside_it():
     found = orbits_with(np.array([1.0, 1 + 5e-10, 1 - 5e-10, 1 + 2e-9, 1 - 2e-9, 0.5, 2.0, 1 - 4e-15]))
     assert found.neutral.tolist() == [True, True, True, False, False, False, False, True]
     assert found.stable.tolist() == [False, False, True, False, True, True, False, False]
+
+
+def test_multipliers_of_large_monodromy_matrices_are_known_less_well():
+    """On the undamped orbit of a mass between stops the largest modulus comes out as 1 − 1.4e-14."""
+    found = replace(orbits_with(np.array([1 - 1.1e-13, 1 - 9e-12, 1 - 1.1e-11])), monodromy=np.full((3, 2, 2), 50.0))
+    assert found.stable.tolist() == [False, False, True]
+    train = gc.Train(speed=431.5, bodies=[
+        gc.Body(name="frame", motion=[]),
+        gc.Body(name="mass", inertia=1, torque_orders=[{"order": 1, "amplitude": 8.62}])], shafts=[
+        gc.Shaft(name="wall", between=("mass", "frame"), stop=0.01, stop_stiffness=7.01e5, stiffness=7.01e5 / 50)])
+    with pytest.warns(DesignWarning, match="hardly damped"):
+        found = gc.orbits(train, period=1)
+        assert len(found) > 0 and all(orbit.stability in ("neutral", "1 unstable") for orbit in found)
+        verdicts = [gc.regime(as_model(train).with_values(orbit.state)) for orbit in found]
+    assert not any(verdict.reason == REASONS[Reason.ORBIT] for verdict in verdicts)
 
 
 def test_an_undamped_motion_is_neutral_where_it_repeats():

@@ -77,7 +77,8 @@ def _phase_plane(trajectory: list[np.ndarray] | None, points: list[np.ndarray]) 
 
 @card.register
 def _orbit(orbit: Orbit) -> Card:
-    kind = "stable" if orbit.unstable == 0 else f"unstable in {orbit.unstable} direction{'s' * (orbit.unstable > 1)}"
+    n = orbit.unstable
+    kind = f"unstable in {n} direction{'s' * (n > 1)}" if n else orbit.stability
     multipliers = (f"{m.real:.4g}" + (f" {'+' if m.imag > 0 else '−'} {abs(m.imag):.4g}i" if m.imag else "")
                    for m in orbit.multipliers[:4])
     rows = [("multipliers", ", ".join(multipliers)),

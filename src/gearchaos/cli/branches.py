@@ -27,7 +27,8 @@ def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
     with ``--pitchforks`` the branches of asymmetric orbits, and in physical units the unit of the parameter. States of
     events are those of ``found``, the dimensionless branch: initial values, as ``--start`` takes them.
     """
-    closed, ends_at, ends, stable = (json.loads(dataset.attrs[n]) for n in ("closed", "range", "ends", "stable"))
+    closed, ends_at, ends, stable, neutral = (
+        json.loads(dataset.attrs.get(n, "[]")) for n in ("closed", "range", "ends", "stable", "neutral"))
     events, prefix = [], "event_section_"
     for i in range(dataset.sizes["event"]):
         at, start = dataset.isel(event=i), found.isel(event=i)
@@ -49,7 +50,7 @@ def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
             "on_branch": at["jump_point"].item() >= 0,
         })
     out = {"points": dataset.sizes["point"], "closed": closed, "range": ends_at, "ends": ends, "events": events,
-           "stable": stable, "jumps": jumps}
+           "stable": stable, "neutral": neutral, "jumps": jumps}
     settings = json.loads(dataset.attrs["settings"])
     if settings["pitchforks"]:
         out["asymmetric"] = json.loads(dataset.attrs["asymmetric"])
@@ -62,7 +63,7 @@ def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
 
 def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
     """Print a branch of periodic orbits: where it ends and is stable, jumps, its events in order."""
-    from gearchaos.studies.orbits.branch_lines import axis_of, stable_parts
+    from gearchaos.studies.orbits.branch_lines import axis_of, stability_word, stable_parts
 
     name, (low, high), events = axis_of(dataset), document["range"], document["events"]
     unit, table = unit_after(dataset, name), facts_table()
@@ -77,7 +78,10 @@ def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
         table.add_row("end", f"{name} = {_number(end['value'], unit)}{unit}: {end['why']}")
     stable_ones = [f"{_range(part.first, part.last, unit)}, from {place(part.first_event)} to {place(part.last_event)}"
                    for part in stable_parts(dataset, document["closed"])]
-    table.add_row("stable, in order\nalong the branch", "\n".join(stable_ones) or "nowhere")
+    word = stability_word(dataset)
+    table.add_row(f"{word}, in order\nalong the branch", "\n".join(stable_ones) or "nowhere")
+    if word == "neutral":
+        table.add_row("stable", "nowhere: no damping decides, multipliers stay on the unit circle")
     jumps = [f"{jump['direction']} at {_number(jump['value'], unit)}{unit}, from event {jump['event'] + 1} to "
              f"{jump['to']}, {'on' if jump['on_branch'] else 'not on'} the branches followed"
              for jump in document["jumps"]]
@@ -85,8 +89,9 @@ def print_branch(document: dict[str, Any], dataset: xr.Dataset) -> None:
         table.add_row("jumps", "\n".join(jumps))
     others = {"doubled": document.get("cascade", []), "asymmetric": document.get("asymmetric", [])}
     for word, branch in ((word, branch) for word, found in others.items() for branch in found):
-        stable = ", ".join(f"{_number(a, unit)} to {_number(b, unit)}" for a, b in branch["stable"])
-        table.add_row(f"{word}, {branch['period']}T", f"stable {stable + unit if stable else 'nowhere'}")
+        kind = "neutral" if branch.get("neutral") else "stable"
+        stable = ", ".join(f"{_number(a, unit)} to {_number(b, unit)}" for a, b in branch[kind])
+        table.add_row(f"{word}, {branch['period']}T", f"{kind} {stable + unit if stable else 'nowhere'}")
     if document.get("cascade") == []:
         table.add_row("doubled", "none: from its start the branch reaches no flip that changes its stability")
     if document.get("feigenbaum"):

@@ -40,6 +40,7 @@ from gearchaos.continuation.shooting import (
     CycleEquations,
     converge,
     count_unstable,
+    is_neutral,
     joins_half_period,
     returned_start,
     unknowns,
@@ -103,8 +104,15 @@ class Branch:
                 out[at] = out[neighbour]
         return out
 
+    @property
+    def neutral(self) -> bool:
+        """Whether all its orbits without a multiplier outside the unit circle have one on it: without damping none is
+        asymptotically stable."""
+        return all(is_neutral(point.data.multipliers) for point, count in zip(self.points, self.unstable, strict=True)
+                   if count == 0)
+
     def stable_intervals(self) -> list[list[float]]:
-        """Intervals [low, high] of the parameter in which orbits of the branch are stable.
+        """Intervals [low, high] of the parameter in which orbits of the branch are stable, or neutral if it is that.
 
         They are in ascending order, overlap where the branch turns, and end at events or at ends of the branch. One
         that passes the first point of a closed branch is not divided.

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearchaos.continuation.family import ParameterFamily, as_initial_values
-from gearchaos.continuation.shooting import Cycle, converge, count_unstable, minimal, passes, same_cycle
+from gearchaos.continuation.shooting import Cycle, converge, count_unstable, is_neutral, minimal, passes, same_cycle
 from gearchaos.display import HasCard
 from gearchaos.dynamics import Classification, Label, classify, motion_name
 from gearchaos.dynamics import orbits as polishing
@@ -82,6 +82,13 @@ class Orbit(HasCard):
         return count_unstable(self.multipliers)
 
     @property
+    def stability(self) -> str:
+        """"stable", "neutral" where a multiplier on the unit circle is the largest, or how many are outside."""
+        if self.unstable:
+            return f"{self.unstable} unstable"
+        return "neutral" if is_neutral(self.multipliers) else "stable"
+
+    @property
     def state(self) -> dict[str, float]:
         """The first stroboscopic point."""
         return {name: float(values[0]) for name, values in self.points.items()}
@@ -96,9 +103,8 @@ class Orbit(HasCard):
         }
 
     def __repr__(self) -> str:
-        stability = "stable" if self.unstable == 0 else f"{self.unstable} unstable"
         state = ", ".join(f"{name}={value:.6g}" for name, value in self.state.items())
-        return f"Orbit({self.period}T, {stability}, {state})"
+        return f"Orbit({self.period}T, {self.stability}, {state})"
 
 
 def orbit(model: AnyModel, *, period: int | None = None, near: Mapping[str, float] | None = None,

@@ -170,6 +170,11 @@ def count_unstable(multipliers: np.ndarray) -> int:
     return sum(abs(m) > 1.0 + _UNIT_CIRCLE for m in multipliers.tolist())
 
 
+def is_neutral(multipliers: np.ndarray) -> bool:
+    """Whether the largest multiplier lies on the unit circle: neighbours neither approach the orbit nor leave it."""
+    return bool(abs(float(np.abs(multipliers).max()) - 1.0) < _UNIT_CIRCLE)
+
+
 def cycle_of(found: CorrectedOrbit) -> Cycle:
     """The cycle of a corrected orbit."""
     images = found.result.w

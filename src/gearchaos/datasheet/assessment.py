@@ -161,9 +161,10 @@ def _unloaded(found: Assessment) -> Iterator[str]:
         at = [each for each in found.at if each.unloaded == names]
         if names and any(each.windows for each in at):
             others = any(not window.meshes or {*window.meshes} - {*names} for each in at for window in each.windows)
-            yield (f"at {_torques([each.torque for each in at])} {listed(names)} carr{'y' if len(names) > 1 else 'ies'} "
-                   f"no load at rest: " + ("ranges to avoid include those of that rattle" if others else
-                                           "what is to be avoided is that rattle alone, no other mesh separates"))
+            carry = "carry" if len(names) > 1 else "carries"
+            yield (f"at {_torques([each.torque for each in at])} {listed(names)} {carry} no load at rest: " + (
+                "ranges to avoid include those of that rattle" if others else
+                "what is to be avoided is that rattle alone, no other mesh separates"))
 
 
 def _ranges(windows: Sequence[Window]) -> str:

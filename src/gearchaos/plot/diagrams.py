@@ -19,7 +19,7 @@ from gearchaos.plot.classes import NO_CLASS, continuous_values, named_classes
 from gearchaos.plot.maps import motion_strip
 from gearchaos.plot.motions import first_coordinate
 from gearchaos.plot.theme import BACKGROUND, INK, STROBE, adapt, adapt_scale, adapt_style, event_words
-from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts, positions
+from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts, positions, stability_word
 
 DENSITY_COLOURS = LinearSegmentedColormap.from_list("ink", ["#ffffff", "#7f93b8", "#1d2b53", "#060a1c"])
 DENSITY_EXPONENT = 0.22  # darkness is the density of points to this power, so that low densities are visible
@@ -233,7 +233,7 @@ def _draw_lines(ds: xr.Dataset, ax: Axes, y: np.ndarray, at_events: np.ndarray) 
             ax.plot(x[first:end], values[first:end],
                     color=adapt(INK), zorder=2, **(_STABLE if is_stable else _UNSTABLE))
     stable = ds["unstable"].values == 0
-    lines = [(stable.any(), _STABLE, "stable"), ((~stable).any(), _UNSTABLE, "unstable")]
+    lines = [(stable.any(), _STABLE, stability_word(ds)), ((~stable).any(), _UNSTABLE, "unstable")]
     return [Line2D([], [], color=adapt(INK), label=name, **style) for occurs, style, name in lines if occurs]
 
 

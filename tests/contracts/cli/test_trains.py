@@ -1,7 +1,6 @@
 """Trains on the command line: what is said before the work, the answer, JSON in SI, axes by part, what is refused."""
 
 import math
-import re
 from dataclasses import replace
 
 import pytest
@@ -71,8 +70,9 @@ def test_a_verdict_has_its_meshes_in_si():
 IDLE = gc.Train(
     speed=3000, bodies=[gc.Body(name="motor", inertia=2e-3, torque=20), gc.Body(name="pump", inertia=1e-3, torque=-30),
                         gc.Body(name="idle", inertia=1e-4)],
-    meshes=[gc.Mesh(name=f"to {name}", between=("motor", name), teeth=(24, z), base_radii=(0.024, z / 1000), backlash=1e-4,
-                    stiffness={"levels": [3e8, 2e8], "starts": [0, 0.6]}, damping=600, error_amplitudes=error)
+    meshes=[gc.Mesh(name=f"to {name}", between=("motor", name), teeth=(24, z), base_radii=(0.024, z / 1000),
+                    backlash=1e-4, stiffness={"levels": [3e8, 2e8], "starts": [0, 0.6]}, damping=600,
+                    error_amplitudes=error)
             for name, z, error in (("pump", 36, []), ("idle", 30, [4e-6]))])
 """A pump whose mesh stays in contact, and a wheel that carries nothing and rattles at any speed."""
 
@@ -90,8 +90,8 @@ def test_meshes_that_carry_nothing_are_named_before_they_separate(capsys, of_idl
     assert verdict.meshes["to idle"]["dynamic_factor"] is None
     assert of_idle.at[0].unloaded == ("to idle",) and of_idle.at[0].windows[0].meshes == ("to idle",)
     said = decision(of_idle)
-    assert said[0] == ("at 20 N m to idle carries no load at rest: what is to be avoided is that rattle alone, no other "
-                       "mesh separates")
+    assert said[0] == ("at 20 N m to idle carries no load at rest: what is to be avoided is that rattle alone, no "
+                       "other mesh separates")
     assert said[1].startswith("at 20 N m avoid ")
     (at,) = of_idle.at
     for meshes in ((), ("to idle", "to pump")):  # a force that is too large, another mesh too

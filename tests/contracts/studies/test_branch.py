@@ -12,10 +12,14 @@ import pytest
 import xarray as xr
 
 import gearchaos as gc
+from gearchaos.cards import card
 from gearchaos.errors import InputError
+from gearchaos.explorer.core.style import Units
+from gearchaos.explorer.features.motion.diagram import branch_text
 from tests import ONE_SPRING
-from tests.branches import CHANGES, PAIR, SINGLE, cascade, over_speed, resonance
+from tests.branches import CHANGES, PAIR, SINGLE, axes, cascade, over_speed, resonance
 from tests.commands import ask, run_json
+from tests.pictures import legend_words
 
 SPUR = ONE_SPRING
 TRIPLE = gc.MeshModel.of(kind="single", omega=2.3, q0=0.1, eps1=0.1)
@@ -180,7 +184,7 @@ def starts(event):
 @pytest.mark.slow
 def test_json_of_the_command(tmp_path):
     document = run_json(*COMMAND, "--out", tmp_path / "b.nc", "--plot", tmp_path / "b.png")
-    assert list(document) == ["points", "closed", "range", "ends", "events", "stable", "jumps"]
+    assert list(document) == ["points", "closed", "range", "ends", "events", "stable", "neutral", "jumps"]
     ds = gc.load(tmp_path / "b.nc")
     assert document["points"] == ds.sizes["point"] and document["closed"] is False
     assert [e["kind"] for e in document["events"]] == ds["event_kind"].values.tolist()
@@ -215,6 +219,28 @@ def test_in_physical_units_an_event_is_a_start_of_the_same_command():
     assert "speed = 3500 rpm: end of the axis" in text and "speed (rpm)" in text
     assert f"rpm, from event {fold + 1} to 1T" in text
     assert f"{event['value']:.6g}" in text and not re.search(r"\d{4}\.\d{3}", text), "rpm to six digits"
+
+
+def test_without_damping_a_branch_is_neutral_and_nowhere_stable():
+    model = SINGLE.with_values({"zeta": 0.0, "eps1": 0.01})
+    orbit = gc.orbit(model.with_values({"omega": 2.3, "z": 1.1}), period=1)
+    assert orbit.stability == "neutral" and repr(orbit).startswith("Orbit(1T, neutral, ") and "1T, neutral" in card(
+        orbit).title
+    found = gc.branch(model.with_values({"omega": 2.3, **orbit.state}), "omega=2.2:2.4", period=1)
+    assert json.loads(found.attrs["stable"]) == [] and json.loads(found.attrs["neutral"]) == [[2.2, 2.4]]
+    assert legend_words(gc.plot.branch(found, ax=axes())) == ["neutral"]
+    text = branch_text(found.assign_attrs(period=1), Units())
+    assert [words for _, words in text.lines] == ["neutral"] and text.sentences[1] == "Neutral from 2.2 to 2.4."
+    states = [part for name, value in orbit.state.items() for part in ("--start", f"{name}={value!r}")]
+    command = ["branch", *(part for name, value in {"kind": "single", "omega": 2.3, "zeta": 0, "q0": 0.1, "eps1": 0.01
+                                                    }.items() for part in ("--set", f"{name}={value}")),
+               "--axis", "omega=2.2:2.4", "--period", "1", *states]
+    said = ask(*command, code=0).stdout
+    assert "neutral, in order" in said and "nowhere: no damping decides" in said
+    document = run_json(*command)
+    assert (document["stable"], document["neutral"]) == ([], [[2.2, 2.4]])
+    damped = gc.branch(SINGLE.with_values({"omega": 2.3, "eps1": 0.01}), "omega=2.2:2.4", period=1)
+    assert json.loads(damped.attrs["neutral"]) == [] != json.loads(damped.attrs["stable"])
 
 
 @pytest.mark.slow

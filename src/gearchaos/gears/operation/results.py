@@ -73,7 +73,7 @@ def physical(dataset: xr.Dataset, pair: Gears | None = None) -> xr.Dataset:
     found: dict[str, str] = {}  # the attributes of a branch or of curves that hold values of their parameters
     if "event_value" in dataset:
         unit = unit_of(dataset["event_value"].attrs.get("quantity", ""), pair_of(gears).scales)
-        for name in ("range", "ends", "stable", "cascade", "asymmetric"):
+        for name in ("range", "ends", "stable", "neutral", "cascade", "asymmetric"):
             if name in dataset.attrs and unit is not None:
                 found[name] = json.dumps(times(unit[0], json.loads(dataset.attrs[name])))
     if "special_kind" in dataset:

@@ -209,7 +209,8 @@ class Assembly:
         """Mean forces of all contacts and springs under the mean torques, (P, E), negative on a back flank.
 
         Where meshes close a loop, they share the load by their mean stiffnesses and what stands ahead. One that would
-        have to pull carries nothing, and so does one whose deflection is a rounding error of its parts. A stop with a spring beside it acts where the twist exceeds its play.
+        have to pull carries nothing, and so does one whose deflection is a rounding error of its parts. A stop with a
+        spring beside it acts where the twist exceeds its play.
         """
         elements = [*self.found.contacts, *self.found.springs]
         rows = np.array([element.row for element in elements])

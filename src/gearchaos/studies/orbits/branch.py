@@ -205,11 +205,12 @@ def contact_sequence(cycle: Cycle) -> str:
 
 
 def _of_branch(branch: Followed) -> dict[str, Any]:
-    """Range of the parameter, ends and stable intervals of a branch; a closed branch has no ends."""
+    """Range of the parameter, ends, stable and neutral intervals of a branch; a closed branch has no ends."""
     values = [*branch.values.tolist(), *(float(event.point.u[-1]) for event in branch.events)]
     values += [end.value for end in branch.ends]
     ends = [] if branch.closed else [{"value": end.value, "why": end.why} for end in branch.ends]
-    return {"range": [min(values), max(values)], "ends": ends, "stable": branch.stable_intervals()}
+    stable, neutral = ([], branch.stable_intervals()) if branch.neutral else (branch.stable_intervals(), [])
+    return {"range": [min(values), max(values)], "ends": ends, "stable": stable, "neutral": neutral}
 
 
 def _values(family: ParameterFamily, cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -29,6 +30,11 @@ class Nodes(NamedTuple):
 def axis_of(ds: xr.Dataset) -> str:
     """The name of the parameter of a branch: the coordinate of its points."""
     return next(str(name) for name, array in ds.coords.items() if array.dims == ("point",))
+
+
+def stability_word(ds: xr.Dataset) -> str:
+    """What the solid parts of its lines are: "stable", or "neutral" without damping."""
+    return "neutral" if json.loads(ds.attrs.get("neutral", "[]")) else "stable"
 
 
 def positions(ds: xr.Dataset) -> np.ndarray:

@@ -16,7 +16,7 @@ from gearchaos.plot.axes import cell_extent
 from gearchaos.plot.classes import motion_class
 from gearchaos.plot.diagrams import DENSITY_COLOURS, DENSITY_EXPONENT, density
 from gearchaos.plot.theme import event_words
-from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts
+from gearchaos.studies.orbits.branch_lines import axis_of, line_nodes, line_parts, stability_word
 
 BRANCH_COLOUR = "#d95f02"  # colour of the lines, which differs from those of the diagram and of the marker at the point
 
@@ -91,8 +91,8 @@ class BranchText(NamedTuple):
 
 def branch_text(found: xr.Dataset, units: Units) -> BranchText:
     """Legend, range, ends and stable intervals of a branch."""
-    axis, unstable = axis_of(found), found["unstable"].values > 0
-    lines = [(bool(dashed), words) for dashed, words in enumerate(("stable", "unstable")) if (unstable == dashed).any()]
+    axis, unstable, word = axis_of(found), found["unstable"].values > 0, stability_word(found)
+    lines = [(bool(dashed), words) for dashed, words in enumerate((word, "unstable")) if (unstable == dashed).any()]
     kinds = found["event_kind"].values.tolist()
     events = [(kind.marks[2], kind.colour, f"{event_words(name)} ({kinds.count(name)})")
               for name, kind in KINDS.items() if name in kinds]
@@ -102,9 +102,9 @@ def branch_text(found: xr.Dataset, units: Units) -> BranchText:
     else:
         ends = "it ends at " + " and at ".join(
             f"{end['value']:.6g}{unit} ({end['why']})" for end in json.loads(found.attrs["ends"]))
-    intervals = json.loads(found.attrs["stable"])
+    intervals = json.loads(found.attrs[word])
     ranges = ", ".join(_interval(*each) for each in intervals)
-    stable = f"Stable from {ranges}{unit}." if intervals else "Stable nowhere."
+    stable = f"{word.capitalize()} from {ranges}{unit}." if intervals else "Stable nowhere."
     first = f"Branch of {found.attrs['period']}T orbits along {symbol(axis)} from {_interval(low, high)}{unit}"
     return BranchText(lines, BRANCH_COLOUR, events, [f"{first}; {ends}.", stable])
 
