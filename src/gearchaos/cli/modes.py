@@ -29,6 +29,7 @@ _SAID = 3  # springs that are named, those with most of the energy of a mode
 _LEAST = 0.05  # share of the energy of a spring that is named
 _HARMONICS = 3  # of a mesh frequency whose speeds are told
 NEAR = 0.1  # of a single speed, relative
+_FORMS = "E.g. 3000 or 500:4000."
 
 
 @app.command(rich_help_panel="Gears")
@@ -91,8 +92,11 @@ def _limits(text: str) -> tuple[float, float]:
         value = to_si("--speed", float(text) if plain else text, SPEED, POSITIVE)
         return (1 - NEAR) * value, (1 + NEAR) * value
     if text.count(":") > 1:
-        raise InputError("--speed", "must be a speed or a range", text, "E.g. 3000 or 500:4000.")
-    axis = operating_axis("speed", text, "--speed", 2)
+        raise InputError("--speed", "must be a speed or a range", text, _FORMS)
+    try:
+        axis = operating_axis("speed", text, "--speed", 2)
+    except InputError as error:  # its forms have a number of speeds
+        raise InputError(error.field, error.rule, error.value, _FORMS) from None
     return axis.start, axis.stop
 
 
@@ -115,7 +119,8 @@ def _meetings(modes: list[dict[str, Any]]) -> list[Meeting]:
 def modes_document(dataset: xr.Dataset, limits: tuple[float, float] | None = None) -> dict[str, Any]:
     """The JSON document of modes: of each its frequency, Hz, its damping ratio, None of one that deflects nothing, the
     shares of bodies in the kinetic and of springs in the strain energy, and the speeds of the first body, rpm, at which
-    meshes and other excitations meet it; with ``limits`` of the speed also each meeting within them."""
+    meshes and other excitations meet it; which contacts are closed; with ``limits`` of the speed also each meeting
+    within them."""
     found = []
     for mode in dataset["mode"].values.tolist():
         at = dataset.sel(mode=mode)
@@ -128,7 +133,8 @@ def modes_document(dataset: xr.Dataset, limits: tuple[float, float] | None = Non
                       "rigid": rigid, "shares": shares, "met_at": {} if rigid else met})
     within = {} if limits is None else {"speeds": list(limits), "meetings": [
         each._asdict() for each in _meetings(found) if limits[0] <= each.speed <= limits[1]]}
-    return {"speed": float(dataset["speed"]), "first_body": str(dataset["body"].values[0]), "modes": found, **within}
+    return {"speed": float(dataset["speed"]), "first_body": str(dataset["body"].values[0]),
+            "contacts": dataset.attrs["contacts"], "modes": found, **within}
 
 
 def _energy_in(dataset: xr.Dataset, mode: dict[str, Any]) -> str:
@@ -161,7 +167,7 @@ def print_modes(dataset: xr.Dataset) -> None:
     met = [f"{f'that of {short} ' * (many or not meshes)}at {elastic[0]['met_at'][name]:.5g} rpm"
            for name, short in names.items()]
     print_wrapped(f"lowest natural frequency {elastic[0]['frequency']:.5g} Hz, met by {by} "
-                  f"{', '.join(met)} of {content['first_body']}; all meshes in contact at their mean stiffnesses")
+                  f"{', '.join(met)} of {content['first_body']}; {dataset.attrs['contacts']}")
     title = f"met at rpm by\n{', '.join(f'{n}×' for n in harmonics)}"
     table = plain_table("mode", "Hz", "ζ", title, "energy in", "moves most", left=("energy in", "moves most"))
     for number, mode in enumerate(content["modes"], 1):
@@ -180,7 +186,7 @@ def _print_meetings(dataset: xr.Dataset, limits: tuple[float, float]) -> None:
     found = [each for each in content["meetings"] if each["excitation"] in names]
     print_wrapped(f"{len(found) or 'no'} meeting{'s' * (len(found) != 1)} of excitations with natural frequencies from "
                   f"{limits[0]:.5g} to {limits[1]:.5g} rpm of {content['first_body']}, meshes by their first "
-                  f"{_HARMONICS} harmonics; all meshes in contact at their mean stiffnesses")
+                  f"{_HARMONICS} harmonics; {dataset.attrs['contacts']}")
     table = plain_table("rpm", "by", "mode", "Hz", "ζ", "energy in", left=("by", "energy in"))
     for each in found:
         mode = content["modes"][each["mode"] - 1]

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -202,6 +203,16 @@ def test_what_takes_no_train_says_so(command, field):
     assert result.exit_code == 2 and field in result.stderr
 
 
+@pytest.mark.parametrize(("name", "words"), [
+    ("sunn.inertia", "such as sun.inertia, "), ("sunn.inertia", "Did you mean 'sun.inertia'? Names are those of parts"),
+    ("sunn.inertia", "inertia, torque, damping of bodies; stiffness, damping, stop, stop_back of shafts; stiffness, "),
+    ("train.planets.position_errors", "must be one of those that can be varied"),
+    ("planet1.position_error", "edit it there"), ("planet1.pin.stiffness", "edit it there"), ("position_errors", "edit it there"), ("train.speed", "edit it there")])
+def test_a_name_that_a_train_does_not_have_is_told_the_nearest_ones(name, words):
+    said = " ".join(refused("modes", EXAMPLES / "train_planetary.toml", "--set", f"{name}=3").split())
+    assert words in said and len(said) < 450 and said.count(" planet") <= 8
+
+
 def test_torques_that_no_longer_balance_are_refused():
     assert "-30 N m would balance them" in refused("regime", IDLER, "--set", "pump.torque=-29")
     assert ask("simulate", IDLER, "--set", "torque=10", "--periods", 1).exit_code == 0
@@ -250,7 +261,8 @@ def test_meetings_of_harmonics_and_modes_are_those_within_the_speeds():
     assert any(line.split()[:3] == ["570", "3×", "first"] for line in lines)
     assert run_json("modes", path, "--speed", "850")["meetings"] == found["meetings"][1:2]  # within 10 %
     assert "meetings" not in run_json("modes", path)
-    assert "must be a speed or a range" in refused("modes", path, "--speed", "500:4000:3")
+    for wrong in ("500:4000:3", "4000:500", "500:x"):
+        assert refused("modes", path, "--speed", wrong).strip().endswith("E.g. 3000 or 500:4000.")
     assert "order 2 of driver" in ask("modes", LOOSE, "--speed", "135 krpm").stdout
 
 
@@ -278,7 +290,8 @@ def test_a_train_of_stops_alone_has_angles_and_torques(tmp_path):
     assert lines[2].split()[:5] == ["shaft", "contact", "front", "back", "peak"] and "peak (N m) rms (N m)" in lines[2]
     assert any(line.startswith("rms of z, wall") and line.endswith("µrad") for line in lines)
     modes = " ".join(ask("modes", path).stdout.split())
-    assert "met by excitations: that of order 1 of mass at 301.98 rpm of frame" in modes and " ζ 1× energy" in modes
+    assert "order 1 of mass at 301.98 rpm of frame; stops beside the spring of wall open met" in modes
+    assert " ζ 1× energy" in modes
     asked = ask("simulate", path, "--periods", 1, "--samples", 4, "--physical", "--out", tmp_path / "wall.csv")
     titles = (tmp_path / "wall_tau_mesh.csv").read_text().splitlines()[0]
     assert asked.exit_code == 0 and "deflection [urad],deflection [rad]" in titles and "mesh_force [N*m]" in titles
@@ -286,6 +299,21 @@ def test_a_train_of_stops_alone_has_angles_and_torques(tmp_path):
         assert "model must have a mesh" in ask(command[0], path, *command[1:], code=2).stderr
     with pytest.raises(InputError, match="must have at least one entry to be explored"):
         operating_axes(gc.open(path))
+
+
+def test_modes_say_which_stops_are_open_and_which_closed():
+    bodies = [gc.Body(name=name, inertia=1) for name in "abcd"]
+    stop = {"stop": 0.01, "stop_stiffness": 1e5}
+    train = gc.Train(speed=600, bodies=bodies, shafts=[
+        gc.Shaft(between=("a", "b"), stiffness=1e3, **stop), gc.Shaft(between=("b", "c"), **stop),
+        gc.Shaft(between=("c", "d"), stiffness=1e3)])
+    found = gc.natural_frequencies(train)
+    assert found.attrs["contacts"] == "stops of b-c closed, stops beside the spring of a-b open"
+    # the chain with these three springs: det(K - w^2) of free masses of 1
+    k = np.array([1e3, 1e5, 1e3])
+    chain = np.diag([*k, 0]) + np.diag([0, *k]) - np.diag(k, 1) - np.diag(k, -1)
+    expected = np.sqrt(np.linalg.eigvalsh(chain)[1:]) / (2 * np.pi)
+    np.testing.assert_allclose(found.natural_frequency[1:], expected, rtol=1e-12)
 
 
 def test_meshes_of_one_order_are_said_once(capsys):

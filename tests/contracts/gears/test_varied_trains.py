@@ -15,7 +15,7 @@ from gearchaos.cli.summaries import map_document, print_map
 from gearchaos.datasets import of_mesh
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import limits
-from gearchaos.gears.operation.operating import as_model, gears_from_json, gears_json, gears_of
+from gearchaos.gears.operation.operating import as_model, gears_from_json, gears_json, gears_of, model_of_gears
 from gearchaos.model import has_effect, vary
 from gearchaos.model.coordinates import initial_state
 from gearchaos.model.switched import switched_system
@@ -158,6 +158,21 @@ def test_what_is_left_open_without_a_design_is_said():
     assert chain.assumptions == ("phase 0: a/b, b/c, c/d and 2 others",)
     with pytest.raises(InputError, match="assumed must be a table of texts"):
         designed(assumed="grade 6")
+
+
+def test_a_damping_of_0_that_is_given_is_not_assumed():
+    stop = {"between": ("b", "c"), "stop": 0.01, "stop_stiffness": 1e3}
+    bodies = [gc.Body(name=name, inertia=1e-3) for name in "abc"]
+    for shaft, pair, words in (
+            ({}, {}, ("no damping: a/b, b-c",)), ({"stop_damping": 0}, {}, ("no damping: a/b",)),
+            ({"stiffness": 1e3, "damping": 0}, {"damping": "0 N*s/m"}, ()), ({}, {"damping": 5}, ("no damping: b-c",))):
+        train = gc.Train(speed=600, bodies=bodies, shafts=[gc.Shaft(**stop, **shaft)], meshes=[
+            gc.Mesh(between=("a", "b"), teeth=(20, 20), base_radii=(0.03, 0.03), stiffness=1e8, backlash=1e-4,
+                    error_amplitudes=["1 um"], **pair)])
+        assert train.assumptions == words
+        assert gears_from_json(gears_json(train)).assumptions == replace(train, speed=700).assumptions == words
+        given = model_of_gears(train).with_values({"a/b.damping": 0.0})
+        assert "a/b" not in "".join(given.assumptions)
 
 
 def test_the_ring_of_a_set_with_a_design_says_what_it_takes_from_the_sun():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from gearchaos.gears.io.fields import check_plausible, convert_fields, each, hav
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.mesh.tooth_pairs import PairsAlone, ToothPairs
 from gearchaos.gears.train.faults import Fault, check_faults
-from gearchaos.gears.train.parts import JOINED, ends_of, part_name, terms
+from gearchaos.gears.train.parts import JOINED, NO_DAMPING, ends_of, part_name, terms, texts
 from gearchaos.gears.train.stiffness import in_steps, of_model, read_stiffness, with_mean
 from gearchaos.gears.train.teeth import as_pairs, check_pitch, uneven_wheels
 from gearchaos.model import DAMPING_LAWS, ToothPairStiffness
@@ -57,12 +57,6 @@ def _ratio(field: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 1 <= value <= _MOST_PAIRS:
         raise InputError(field, f"must be a number from 1 to {_MOST_PAIRS}", value, "Of helical gears the total one.")
     return float(value)
-
-
-def _texts(field: str, value: Any) -> dict[str, str]:
-    if not isinstance(value, Mapping) or not all(isinstance(text, str) for text in value.values()):
-        raise InputError(field, "must be a table of texts", value, 'E.g. assumed = { damping = "ζ 0.05" }.')
-    return dict(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,7 +146,7 @@ class Mesh:
     line_of_action: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
     pressure_angle: Any = field(default=None, metadata=read_by(one(
         units.ANGLE, POSITIVE, (math.radians(5), math.radians(45)))))
-    assumed: Any = field(default=None, compare=False, metadata=read_by(_texts))
+    assumed: Any = field(default=None, compare=False, metadata=read_by(texts))
 
     def __post_init__(self) -> None:
         convert_fields(self)
@@ -182,6 +176,8 @@ class Mesh:
             raise InputError(", ".join(missing), "must be given", None,
                              "E.g. base_radii = ['19 mm', '38 mm'], backlash = '0.1 mm', stiffness = '3e8 N/m'. "
                              "Or give a design.")
+        if self.damping is None:
+            self.assumed["damping"] = NO_DAMPING
         for name, default in (("damping", 0.0), ("error_amplitudes", ()), ("error_phases", ()),
                               ("eccentricity", (0.0, 0.0)), ("faults", ()), ("pitch_errors", ((), ()))):
             if getattr(self, name) is None:

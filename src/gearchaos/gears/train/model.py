@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
+import itertools
 import math
+import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Self
@@ -17,6 +20,7 @@ from gearchaos.gears.train.assembly import Assembly
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.modes import modes
 from gearchaos.gears.train.parts import Body, Shaft, Units, field_of
+from gearchaos.gears.train.planets import PlanetarySet
 from gearchaos.gears.train.structure import mean_stiffness, structure, units_of
 from gearchaos.gears.train.train import BALANCE, Train
 from gearchaos.model.base import GearModel
@@ -37,6 +41,11 @@ _VARIED = {"bodies": ("inertia", "torque", "damping"), "shafts": ("stiffness", "
 """The fields of parts that can be set and varied by name, such as ``loose.torque``."""
 
 
+_OF_FILE = {each.name for kind in (Train, PlanetarySet, Body, Shaft, Mesh) for each in fields(kind)} - {
+    "torque", "speed", *itertools.chain(*_VARIED.values())}
+"""The fields of a file that cannot be varied."""
+
+_ALIKE = 8  # names that are told of many
 _NAMED = 3  # most faults in a sentence
 _NEAR = 0.5  # of a natural frequency: a vibration up to it exceeds the static one by a third at most
 
@@ -204,9 +213,24 @@ class TrainModel(GearModel):
             owner, dot, own = str(name).rpartition(".")
             found = f"{parameter_owner(owner)}.{own}" if dot else str(name)
             if found not in self.known_names:
-                raise unknown_name("parameter", name, self.known_names)
+                raise self._unknown(str(name))
             out[found] = value
         return out
+
+    def _unknown(self, name: str) -> InputError:
+        """The error for a name that is no parameter: the names most like it, and how all are made; of a field of the
+        file that cannot be varied that it is to be changed there."""
+        _, *own = re.split(r"[.\[]", f".{name}" if "." not in name else name)
+        if name.startswith("train.") or _OF_FILE.intersection(own):
+            return InputError("parameter", "must be one of those that can be varied", name,
+                              "It is of the file: edit it there. Values that are set are named by the part and its "
+                              "field, without train.: docs/trains.md, What can be varied.")
+        error, alike = unknown_name("parameter", name, self.known_names), difflib.get_close_matches(
+            name, self.known_names, _ALIKE, 0.0)
+        kinds = "; ".join(f"{', '.join(names)} of {kind}" for kind, names in _VARIED.items())
+        return InputError("parameter", f"must be one of {len(self.known_names)}, such as {', '.join(alike)}", name, (
+            f"{error.advice} Names are those of parts of the file, with a point and {kinds}; speed, torque, and the "
+            "coordinates.").strip())
 
     def set_by(self, name: str) -> tuple[str, ...]:
         """The names of the single parameters that a name sets."""
@@ -242,7 +266,7 @@ class TrainModel(GearModel):
                     parts[i] = parts[i].with_mean_stiffness(flat[name], found.value)
                 else:
                     parts[i] = replace(parts[i], **{found.field: flat[name]})
-                if isinstance(part := parts[i], Mesh):
+                if not isinstance(part := parts[i], Body):
                     parts[i] = replace(part, assumed={n: text for n, text in part.assumed.items() if n != found.field})
             except InputError as error:
                 raise InputError(field_of(parts[i], error.field), error.rule, error.value, error.advice) from None

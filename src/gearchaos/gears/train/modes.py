@@ -68,6 +68,15 @@ def modes(train: Train) -> Modes:
                  np.stack([energy[:, of == i].sum(axis=1) for i in range(len(names))], axis=1))
 
 
+def contacts_in_words(train: Train) -> str:
+    """Which contacts the modes take as closed, and which as open."""
+    stops = [shaft for shaft in train.shafts if shaft.stop is not None]
+    closed, beside = ([shaft.name for shaft in stops if bool(shaft.stiffness) == spring] for spring in (False, True))
+    return ", ".join(["all meshes in contact at their mean stiffnesses"] * bool(train.meshes)
+                     + [f"stops of {', '.join(closed)} closed"] * bool(closed)
+                     + [f"stops beside the spring of {', '.join(beside)} open"] * bool(beside))
+
+
 def hardly_damped(train: Train) -> Iterator[str]:
     """A sentence on each mode that hardly decays, but one for those of the same frequency: which it is, and the damping
     by which it would. Motions in which it is excited may take long, and stay undecided."""

@@ -30,6 +30,7 @@ GROUND = "ground"
 """The name of the housing in the ends of a shaft."""
 
 JOINED = {"shaft": "-", "mesh": "/"}  # between the names of both ends in the name of a part
+NO_DAMPING = "no damping"  # in words, of a part of which none is given
 _MOST_ORDER = 1000  # largest order of an excitation, and largest denominator of a short ratio
 Part = TypeVar("Part")
 
@@ -84,6 +85,12 @@ def part_name(field: str, value: Any) -> str:
     if not isinstance(value, str) or not value.strip() or set(value) & set("=:,.\"'"):
         raise InputError(field, "must be a text without = : , . and quotes", value, "E.g. 'driver' or 'z1/z2'.")
     return value
+
+
+def texts(field: str, value: Any) -> dict[str, str]:
+    if not isinstance(value, Mapping) or not all(isinstance(text, str) for text in value.values()):
+        raise InputError(field, "must be a table of texts", value, 'E.g. assumed = { damping = "ζ 0.05" }.')
+    return dict(value)
 
 
 def ends_of(field: str, value: Any) -> tuple[str, str]:
@@ -319,6 +326,8 @@ class Shaft:
         That of the other side, where the second body runs ahead, by default the same; a large one is none.
     stop_stiffness, stop_damping : torque/angle, torque time
         Of the stops; their damping acts while they touch.
+    assumed : table of texts
+        What stands for what is left open, by field, as it is printed.
 
     Examples
     --------
@@ -330,15 +339,20 @@ class Shaft:
     between: Any = field(metadata=read_by(ends_of))
     name: Any = field(default=None, metadata=read_by(part_name))
     stiffness: Any = field(default=0.0, metadata=read_by(one(units.TORSIONAL_STIFFNESS, NOT_NEGATIVE)))
-    damping: Any = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
+    damping: Any = field(default=None, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
     stop: Any = field(default=None, metadata=read_by(one(units.ANGLE, NOT_NEGATIVE)))
     stop_back: Any = field(default=None, metadata=read_by(one(units.ANGLE, NOT_NEGATIVE)))
     stop_stiffness: Any = field(default=None, metadata=read_by(one(units.TORSIONAL_STIFFNESS, POSITIVE)))
-    stop_damping: Any = field(default=0.0, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
+    stop_damping: Any = field(default=None, metadata=read_by(one(units.BEARING_FRICTION, NOT_NEGATIVE)))
+    assumed: Any = field(default=None, compare=False, metadata=read_by(texts))
 
     def __post_init__(self) -> None:
         convert_fields(self)
         object.__setattr__(self, "name", self.name or JOINED["shaft"].join(self.between))
+        of = "damping" if self.stiffness else "stop_damping"
+        object.__setattr__(self, "assumed", self.assumed or ({of: NO_DAMPING} if getattr(self, of) is None else {}))
+        for name in ("damping", "stop_damping"):
+            object.__setattr__(self, name, getattr(self, name) or 0.0)
         if (self.stop is None) != (self.stop_stiffness is None):
             raise InputError("stop_stiffness", "must be given with stop, and only with it", self.stop_stiffness)
         for name in ("stop_back", "stop_damping") if self.stop is None else ():

@@ -19,7 +19,7 @@ from gearchaos.gears.mesh.pair import AngularScales, GearPair, Scales
 from gearchaos.gears.train.balance import balancing_speeds, mean_imbalance
 from gearchaos.gears.train.mesh import Mesh
 from gearchaos.gears.train.modes import hardly_damped
-from gearchaos.gears.train.parts import GROUND, Body, Shaft, Units, field_of, parts
+from gearchaos.gears.train.parts import GROUND, NO_DAMPING, Body, Shaft, Units, field_of, parts
 from gearchaos.gears.train.period import LARGEST_TOLERANCE, common, followed_orders
 from gearchaos.gears.train.ratios import steady_ratios
 from gearchaos.gears.train.stiffness import STEPS, SeriesStiffness
@@ -392,14 +392,14 @@ class Train(Damped, HasCard):
         """What stands for what the parts leave open, in words, each with the parts that it is said of."""
         found: dict[str, list[str]] = {}
         for mesh in self.meshes:
-            if mesh.assumed:
-                found.setdefault(", ".join(mesh.assumed.values()), []).append(mesh.name)
+            if words := [text for text in mesh.assumed.values() if text != NO_DAMPING]:
+                found.setdefault(", ".join(words), []).append(mesh.name)
             elif not any((*mesh.error_amplitudes, *mesh.eccentricity, *sum(mesh.pitch_errors, ()))):
                 found.setdefault("no transmission error", []).append(mesh.name)
         at_zero = [mesh for mesh in self.meshes if mesh.varies and not mesh.phase]
         orders = list(map(self.mesh_order, at_zero))
         found["phase 0"] = [mesh.name for mesh, order in zip(at_zero, orders, strict=True) if orders.count(order) > 1]
-        found["no damping"] = [part.name for part in (*self.meshes, *self.shafts) if not part.damping]
+        found[NO_DAMPING] = [part.name for part in (*self.meshes, *self.shafts) if NO_DAMPING in part.assumed.values()]
         return tuple(f"{text}: {_listed(names)}" for text, names in found.items() if names)
 
     @property

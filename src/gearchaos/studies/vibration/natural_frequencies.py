@@ -12,7 +12,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.io.units import RPM
 from gearchaos.gears.mesh.pair import GearPair
 from gearchaos.gears.operation.operating import is_design, model_of_gears
-from gearchaos.gears.train.modes import modes
+from gearchaos.gears.train.modes import contacts_in_words, modes
 from gearchaos.gears.train.train import Train
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def natural_frequencies(gears: Train | GearDesign | GearPair) -> xr.Dataset:
         ``mode_x`` and ``mode_y`` of its centre, and ``mode_deflection`` of each mesh, shaft and support. Where the
         energy is: ``kinetic_energy``, the share of each body, and ``strain_energy``, that of each mesh, shaft and
         support. ``order`` has those of all meshes and excitations, of the turn of the first body, whose ``speed`` is in
-        rpm.
+        rpm. The attribute ``contacts`` says which meshes and stops are taken as closed, and which as open.
 
     Raises
     ------
@@ -84,4 +84,5 @@ def natural_frequencies(gears: Train | GearDesign | GearPair) -> xr.Dataset:
     coords = {"mode": np.arange(1, len(found.frequency) + 1), "body": [body.name for body in train.bodies],
               "element": list(found.elements), "excitation": list(orders)}
     return new_dataset(data, {n: variable(n, (n,), np.asarray(v)) for n, v in coords.items()},
-                       provenance("natural_frequencies", model_of_gears(gears)))
+                       {**provenance("natural_frequencies", model_of_gears(gears)),
+                        "contacts": contacts_in_words(train)})
