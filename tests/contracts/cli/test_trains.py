@@ -207,7 +207,8 @@ def test_what_takes_no_train_says_so(command, field):
     ("sunn.inertia", "such as sun.inertia, "), ("sunn.inertia", "Did you mean 'sun.inertia'? Names are those of parts"),
     ("sunn.inertia", "inertia, torque, damping of bodies; stiffness, damping, stop, stop_back of shafts; stiffness, "),
     ("train.planets.position_errors", "must be one of those that can be varied"),
-    ("planet1.position_error", "edit it there"), ("planet1.pin.stiffness", "edit it there"), ("position_errors", "edit it there"), ("train.speed", "edit it there")])
+    ("planet1.position_error", "edit it there"), ("planet1.pin.stiffness", "edit it there"),
+    ("position_errors", "edit it there"), ("train.speed", "edit it there")])
 def test_a_name_that_a_train_does_not_have_is_told_the_nearest_ones(name, words):
     said = " ".join(refused("modes", EXAMPLES / "train_planetary.toml", "--set", f"{name}=3").split())
     assert words in said and len(said) < 450 and said.count(" planet") <= 8
