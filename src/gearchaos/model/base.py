@@ -42,6 +42,11 @@ class GearModel(HasCard):
         """Whether an excitation may meet a natural frequency up to this speed of the first body, rpm."""
         return True
 
+    def fastest_in_words(self, rate: float, omega: float) -> str:
+        """What makes the fastest rate of the motion, at this frequency of the period, and what to do about it."""
+        return (f"The fastest rate of the motion is {rate:.3g}, the mesh frequency omega {omega:.3g}: raise omega or "
+                "J, or lower zeta, zeta_support or kappa/mu.")
+
     @property
     def in_words(self) -> str:
         """What it is computed as, if that is not as it was given."""

@@ -1,5 +1,6 @@
 """What cannot end, or not be kept, is refused before any work; what takes long says how long."""
 
+import contextlib
 import time
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -10,7 +11,7 @@ import pytest
 
 import gearchaos as gc
 from gearchaos.dynamics import Classification
-from gearchaos.errors import LARGEST_INTEGER, whole_number
+from gearchaos.errors import LARGEST_INTEGER, DesignWarning, InputError, whole_number
 from gearchaos.execute import machine, tiles
 from gearchaos.execute import progress as progress_bars
 from gearchaos.execute.progress import left_text, told_end
@@ -332,3 +333,22 @@ def test_no_example_is_refused(path):
         cost = study.study(STUDIES[study.kind]).cost
         assert cost.seconds(2) < 7200 and cost.steps < MAX_STEPS / 100
     assert np.isfinite(estimate(switched_system(vary(study.model, {})), 1, Classification().max_periods).seconds())
+
+
+@pytest.mark.parametrize(("damping", "words"), [(0, "vibration"), (12_000, "decay")])
+def test_too_many_steps_of_a_train_are_said_with_the_parts_that_make_them(damping, words):
+    """A light wheel on a heavy one, m w² = k with m = J/r²; the decay by the roots of m s² + c s + k."""
+    bodies = [gc.Body(name="motor", inertia=1e-6, torque=1), gc.Body(name="wheel", inertia=1e3, torque=-2),
+              gc.Body(name="drum", inertia=1e3)]
+    shaft = gc.Shaft(between=("wheel", "drum"), stiffness=1e3, damping=3e4)
+    train = gc.Train(speed=1e-3, bodies=bodies, shafts=[shaft],
+                     meshes=[gc.Mesh(name="first", between=("motor", "wheel"), teeth=(17, 34), base_radii=(0.1, 0.2),
+                                     stiffness=3e8, damping=damping, error_amplitudes=["1 um"], backlash=1e-4)])
+    rate = np.abs(np.roots([1e-6 / 0.1**2, damping, 3e8])).max()
+    with pytest.warns(DesignWarning, match="hardly damped") if not damping else contextlib.nullcontext(), pytest.raises(
+            InputError, match="steps of a common period must be at most 1,000,000") as error:
+        gc.regime(train)
+    assert error.value.advice.startswith(
+        f"Steps follow a {words} of {rate:.3g} rad/s through a common period of {60 / (17 * 1e-3):.4g} s (mesh cycles: "
+        "1 of first). It is that of motor (100 % of its kinetic energy) on first (100 % of its strain energy, ")
+    assert f"give motor more inertia, or first less {'damping' if damping else 'stiffness'}" in error.value.advice

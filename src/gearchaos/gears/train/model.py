@@ -18,7 +18,7 @@ from gearchaos.errors import InputError, unknown_name
 from gearchaos.gears.io.units import RPM, SPEED, TORQUE, to_si
 from gearchaos.gears.train.assembly import Assembly
 from gearchaos.gears.train.mesh import Mesh
-from gearchaos.gears.train.modes import modes
+from gearchaos.gears.train.modes import fastest_mode, modes
 from gearchaos.gears.train.parts import Body, Shaft, Units, field_of
 from gearchaos.gears.train.planets import PlanetarySet
 from gearchaos.gears.train.structure import mean_stiffness, structure, units_of
@@ -136,6 +136,11 @@ class TrainModel(GearModel):
         frequency, orders = modes(self.train).frequency, self.train.excitation_orders().values()
         near = _NEAR * float(frequency[frequency > 0].min(initial=math.inf))
         return bool(self.train.cycles) or float(max(orders)) * speed * RPM > near
+
+    def fastest_in_words(self, rate: float, omega: float) -> str:
+        cycles = ", ".join(f"{count} of {name}" for name, count in self.cycles.items())
+        period = f"{2 * math.pi / (omega * self.units.rate):.4g} s" + f" (mesh cycles: {cycles})" * bool(cycles)
+        return fastest_mode(self.train, period)
 
     @property
     def law(self) -> DampingLaw:

@@ -68,6 +68,23 @@ def modes(train: Train) -> Modes:
                  np.stack([energy[:, of == i].sum(axis=1) for i in range(len(names))], axis=1))
 
 
+def fastest_mode(train: Train, period: str) -> str:
+    """The mode whose vibration or decay is the fastest, which steps follow through a common period, and the parts that
+    make it, in words."""
+    found = modes(train)
+    ratio = np.nan_to_num(found.damping_ratio)
+    rates = found.frequency * np.where(ratio > 1, ratio + np.sqrt(np.maximum(ratio**2 - 1, 0.0)), 1.0)
+    m = int(rates.argmax())
+    b, e = int(found.kinetic_energy[m].argmax()), int(found.strain_energy[m].argmax())
+    body, element = train.bodies[b].name, found.elements[e]
+    damped = ratio[m] > 1
+    return (f"Steps follow {'a decay' if damped else 'a vibration'} of {rates[m]:.3g} rad/s through a common period of "
+            f"{period}. It is that of {body} ({100 * found.kinetic_energy[m, b]:.0f} % of its kinetic energy) on "
+            f"{element} ({100 * found.strain_energy[m, e]:.0f} % of its strain energy, damping ratio {ratio[m]:.2g}). "
+            f"Raise the speed, or give {body} more inertia, or {element} less "
+            f"{'damping' if damped else 'stiffness, or make the bodies that it joins one'}.")
+
+
 def contacts_in_words(train: Train) -> str:
     """Which contacts the modes take as closed, and which as open."""
     stops = [shaft for shaft in train.shafts if shaft.stop is not None]

@@ -10,6 +10,7 @@ from gearchaos.errors import InputError
 from gearchaos.execute.machine import cores, memory
 from gearchaos.execute.tiles import TILE, useful_threads
 from gearchaos.flow import WIDTH, fastest_rate, min_steps_per_period, steps_share_matrices
+from gearchaos.model.base import GearModel
 from gearchaos.model.switched import SwitchedAffine
 
 MAX_STEPS = 1_000_000
@@ -73,20 +74,24 @@ class TooManyStepsError(InputError):
     """A mesh period needs more than `MAX_STEPS` steps; its value is how many."""
 
 
-def estimate(system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:
+def estimate(
+    system: SwitchedAffine, motions: int, periods: int, sequential: int = 0, samples: int = 0, *,
+    model: GearModel | None = None,
+) -> Cost:
     """The cost at the parameter points of a system where it is largest, such as the corners of a map.
 
-    At ``samples`` equidistant instants of a mesh period steps must begin. Raises `InputError` if a mesh period needs
+    At ``samples`` equidistant instants of a mesh period steps must begin. The ``model`` of the system says what makes
+    steps short. Raises `InputError` if a mesh period needs
     more than `MAX_STEPS` steps, or the study more than a hundred years.
     """
     needed, d = min_steps_per_period(system), system.dimension
     levels = (system.levels if system.contacts is None else system.contacts.edges).shape[1]
     worst = int(np.argmax(needed))
     if not needed[worst] <= MAX_STEPS:
+        period = "common" if model is not None and model.mesh_names else "mesh"
         raise TooManyStepsError(
-            "steps of a mesh period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
-            f"The fastest rate of the motion is {fastest_rate(system)[worst]:.3g}, the mesh frequency omega "
-            f"{system.omega[worst]:.3g}: raise omega or J, or lower zeta, zeta_support or kappa/mu.")
+            f"steps of a {period} period", f"must be at most {MAX_STEPS:,}", float(f"{needed[worst]:.3g}"),
+            "" if model is None else model.fastest_in_words(fastest_rate(system)[worst], system.omega[worst]))
     steps = np.ceil(needed) + max(levels - 2, 0)  # the number of steps on each level is rounded up
     steps = samples * np.ceil(steps / samples) if samples else steps
     shared = steps_share_matrices(system) and not samples

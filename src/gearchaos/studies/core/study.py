@@ -155,7 +155,7 @@ class Study(HasCard, ABC):
 
     def estimate(self, motions: int, periods: int, sequential: int = 0, samples: int = 0) -> Cost:
         """`cost.estimate` for motions at the operating point of the model."""
-        return estimate(switched_system(vary(self.model, {})), motions, periods, sequential, samples)
+        return estimate(switched_system(vary(self.model, {})), motions, periods, sequential, samples, model=self.model)
 
     def thinned(self, share: float) -> Self:
         """About this share of the study, for its `price`: fewer values of each axis, over the same range."""

@@ -119,7 +119,7 @@ class Bifurcation(ClassifyingStudy):
     def cost(self) -> Cost:
         sequential = self.axis.count * PERIODS_PER_VALUE if self.mode != "fixed" else 0
         system = switched_system(corners(self.model, self.axis), self.names)
-        return estimate(system, self.axis.count, self.classification.max_periods, sequential)
+        return estimate(system, self.axis.count, self.classification.max_periods, sequential, model=self.model)
 
     def compute(self, items: np.ndarray, *, progress: bool = False, threads: int | None = None) -> Results:
         values, model = {self.axis.name: self.axis.values}, self.model

@@ -167,7 +167,7 @@ class Zones(ClassifyingStudy):
         if self.starts > 1:
             sequential = 2 * self.x.count * PERIODS_PER_VALUE
         system = switched_system(corners(self.model, self.x, self.y))
-        row = estimate(system, math.ceil(motions), self.classification.max_periods, sequential)
+        row = estimate(system, math.ceil(motions), self.classification.max_periods, sequential, model=self.model)
         rounds = -(-self.y.count // WIDTH)
         return replace(row, motions=math.ceil(motions * self.y.count), sequential=sequential * rounds)
 

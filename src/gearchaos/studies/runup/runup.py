@@ -180,7 +180,7 @@ class RunUp(MeshStudy):
     def cost(self) -> Cost:
         """That of the runs, one after the other, at the speed where a period has the most steps."""
         ends = switched_system(vary(self.model, {"speed": [self.speed.start, self.speed.stop]}))
-        found = estimate(ends, 1, _SETTLED + (1 + self.down) * self._periods, samples=self._samples)
+        found = estimate(ends, 1, _SETTLED + (1 + self.down) * self._periods, samples=self._samples, model=self.model)
         return replace(found, step_cost=_OWN_MATRICES * found.step_cost)
 
     def thinned(self, share: float) -> Self:

@@ -284,7 +284,7 @@ class Scatter(ClassifyingStudy):
     def cost(self) -> Cost:
         ends = [self.speed.start, self.speed.stop]
         return estimate(switched_system(vary(self.model, {self.speed.name: ends})), self.count,
-                        self.classification.max_periods)
+                        self.classification.max_periods, model=self.model)
 
     def thinned(self, share: float) -> Self:
         """Of fewer samples."""
