@@ -140,7 +140,13 @@ def test_the_message_of_the_library_stands_beside_the_input_that_is_wrong(texts,
     ({"design.lead_slope": "5 um"}, "design.lead_slope", "got 5 µm. It acts on helical pairs, by “load sharing”:"),
     ({"operation.torque": "0 N*m"}, "operation.torque", "got 0 N m. By the rule"),
     ({"operation.torque": "0 N*m"}, "operation.torque", "Write “stiffness”: potential energy."),
-    ({"operation.speed": "10 rad/s"}, "operation.speed", "between 95.5348 and 20944 rad/s here; got 10 rad/s."),
+    ({"operation.speed": "10 rad/s"}, "operation.speed", "must be at least 95.5348 rad/s here; got 10 rad/s."),
+    ({"operation.torque": "1e12 N*m"}, "operation.torque", "must be at most 1e+06 N m here; got 1e+12 N m."),
+    ({"range.torque": "0.001 N*m;9 N*m"}, "range.torque", "must be at least 0.06 N m here; got 0.001 N m."),
+    ({"design.face_width": "[design] 20 mm"}, "design.face_width", "must be a length; got [design] 20 mm. It"),
+    ({"design.face_width": "{y = 'z'}"}, "design.face_width", "got {y = 'z'}. It"),
+    ({"design.module": "2 mm;3 mm"}, "design.module", "must be a length; got 2 mm;3 mm."),
+    ({"design.damping_ratio": "0.05;0.2"}, "design.damping_ratio", "must be a number; got 0.05;0.2."),
     ({"operation.speed": "10 rpm"}, "operation.speed", "gearchaos regime follows it. As the speed goes to 0 "
      "the dynamic factor goes to 1.07.")])
 def test_messages_are_in_the_words_and_units_of_the_form(texts, key, words):

@@ -1,7 +1,9 @@
 """The explorer for a gear train, without a browser: axes, address, meshes of the map and of the motion."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import gearchaos as gc
@@ -11,6 +13,7 @@ from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import axis_names
 from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.style import Units
+from gearchaos.explorer.features.map.job import FULL, _motion_map
 from gearchaos.explorer.features.map.panel import MapFigure
 from gearchaos.explorer.features.motion.panel import verdict_text, wheels_of
 from gearchaos.explorer.features.motion.point import point_motion
@@ -70,6 +73,15 @@ def test_the_menu_of_meshes_changes_the_colours_of_the_map_to_those_of_a_mesh():
         colours["idler/pump", "dynamic_factor"])
     *_, menu = plane_menus(IDLER, Units(IDLER.gears, True))
     assert [value for value, _ in menu.options] == ["", "motor/idler", "idler/pump"]
+
+
+@pytest.mark.parametrize("count", [(1, 1), (3, 2), (1, 9)])
+def test_a_map_of_few_cells_has_no_lattice_without_cells(count):
+    few = SimpleNamespace(model=IDLER.model, x=replace(IDLER.x, count=count[0]), y=replace(IDLER.y, count=count[1]))
+    *_, last = _motion_map(few)
+    study = Zones(few.model, few.x, few.y, settings=FULL)
+    assert last.share == 1 and last.labels().values.ravel().tolist() == study.compute(
+        np.arange(study.count))["label"].tolist()
 
 
 def test_a_click_gives_the_values_of_each_mesh_and_draws_that_chosen():

@@ -227,10 +227,11 @@ class Drawing:
         def checked(key: str, *values: float) -> None:
             name, ends, unit = inputs()[key].path, limits(model, inputs()[key].path), inputs()[key].parts(self[key])[1]
             for value in values:
-                if not ends[0] <= value <= ends[1]:
-                    (least,), (most,), (own,) = (inputs()[key].shown(each, unit) for each in (*ends, value))
-                    raise InputError(key, f"must lie between {least.removesuffix(f' {unit}')} and {most} here", own,
-                                     too_slow(model) if name == "speed" and value < ends[0] else "")
+                high = value > ends[1]  # of a torque that is too high the least would follow from itself
+                if high or value < ends[0]:
+                    (end,), (own,) = (inputs()[key].shown(each, unit) for each in (ends[high], value))
+                    raise InputError(key, f"must be at {'most' if high else 'least'} {end} here", own,
+                                     too_slow(model) if name == "speed" and not high else "")
 
         def axis(name: str) -> Axis | None:
             key = f"{RANGES}.{name}"

@@ -69,8 +69,10 @@ class Input:
 
     def read(self, text: str) -> Any:
         """The value that a study file has for a text: texts, numbers, or a list of those of both wheels."""
+        if not self.reader.both:
+            return self._one(text)
         items = [self._one(part.strip()) for part in text.split(";")]
-        return items if self.reader.both and len(items) > 1 else items[0]
+        return items if len(items) > 1 else items[0]
 
     def _one(self, text: str) -> Any:
         if self.reader.dimension is None and not self.reader.names:

@@ -17,6 +17,7 @@ _WRITTEN = (
 
 _NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]\d+)?")
 _MARKS = "'\""  # of quotation
+_GOT = "\0"  # where the value that was given stands in a message
 Label = Callable[[str], str]
 """A function that gives the label of a name on the form; empty for a name that it does not have."""
 
@@ -50,7 +51,10 @@ def error_in_form_words(error: InputError, label: Label, unit: str = "", named: 
         return f"{value:g} {unit}".rstrip() if plain else str(value)
 
     subject, wheel = (error.field, "") if named else ("", re.search(r"\[([01])\]", error.field))
-    got = "" if error.value is None else f"; got {shown(error.value)}"
+    got = "" if error.value is None else shown(error.value)
+    if not isinstance(error.value, str):
+        got = in_form_words(got, label)
     of = f"of wheel {int(wheel[1]) + 1} " if wheel else ""
-    return in_form_words(f"{subject} {of}{error.rule}{got}. {error.advice}".strip(), label)
+    said = in_form_words(f"{subject} {of}{error.rule}{_GOT * bool(got)}. {error.advice}".strip(), label)
+    return said.replace(_GOT, f"; got {got.replace('*', ' ').replace(' um', ' µm')}")  # as it was written
 

@@ -83,9 +83,10 @@ class Unresolved:
 
 
 def concatenated(parts: list[Unresolved]) -> Unresolved:
-    """The motions of all parts, in order."""
-    checkpoint = {name: np.concatenate([p.checkpoint[name] for p in parts], axis=-1) for name in parts[0].checkpoint}
-    return Unresolved(np.concatenate([p.number for p in parts]), checkpoint)
+    """The motions of all parts, in order; those without motions may have no checkpoint."""
+    some = [part for part in parts if len(part.number)] or [Unresolved(np.zeros(0, int))]
+    checkpoint = {name: np.concatenate([p.checkpoint[name] for p in some], axis=-1) for name in some[0].checkpoint}
+    return Unresolved(np.concatenate([p.number for p in some]), checkpoint)
 
 
 @dataclass(frozen=True)
