@@ -57,6 +57,9 @@ scatter {SPUR} --vary damping_ratio=0.03:0.1 --speed 1000:4000:20 --samples 128
 scatter {SPUR} --vary damping_ratio=0.03:0.1 --vary backlash="0.1:0.2 mm" --speed 1000:4000:10 {ONE_SPRING}
 runup {SPUR} --torque 100 --speed 1000:3000 --duration "20 s"
 runup {TWO_STAGE} --speed 1000:2000 --duration "5 s"
+runup {TWO_STAGE} --speed 500:4000 --duration "10 s" --events
+runup train_idler.toml --speed 1000:6000 --duration "20 s" --events
+runup {SPUR} --torque 100 --speed 500:3000 --duration "20 s" --events
 simulate --set omega=0.05 --set eps1=0.1 --periods 100000 --json
 regime --set omega=0.05 --set eps1=0.3
 """.strip().splitlines()

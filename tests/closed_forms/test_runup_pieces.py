@@ -144,6 +144,18 @@ def test_the_event_of_a_jump_is_that_of_the_branch(monkeypatch):
     assert f"fold at {fold:.5g} rpm" in " ".join(said.split()) and max(map(len, said.splitlines())) <= 80
 
 
+def test_a_price_counts_the_events_of_jumps_which_a_part_that_is_tried_does_not_look_for():
+    study = gc.RunUp(MODEL, "speed=1000:1400", 3.0, events=True, down=True)
+    part = study.thinned(0.2)
+    found = part.thinned(0.5).run()
+    assert part.trial_of == part.thinned(0.5).trial_of == study._periods > part._periods and "event_kind" not in found
+    periods = 500 + 2 * study._periods
+    for jumps in (0, 5, 7):
+        some = found.drop_dims("jump").assign(speed_of_jump=("jump", np.zeros(jumps)))
+        assert part.needed(some) == pytest.approx(1 + max(jumps, 5) * 2000 / periods)
+    assert gc.RunUp(MODEL, "speed=1000:1400", 3.0).thinned(0.2).needed(found) == 1
+
+
 def event_after(speed, jump, before=3.0, period=500, width=10):
     """What is found for a motion that has settled from rest at a speed and is to end at the jump."""
     model = MODEL.with_values({"speed": speed})

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gearchaos.cli.errors import PAGE_WIDTH
 from gearchaos.cli.output import plain_table, print_table
 from gearchaos.gears.io.units import measured
+from gearchaos.studies.motion.regime import shared_loads
 
 if TYPE_CHECKING:
     from gearchaos.studies import Verdict
@@ -17,8 +18,8 @@ _LOST = {"one-sided": "contact is lost at", "two-sided": "both flanks are hit at
 
 
 def print_train(verdict: Verdict) -> None:
-    """Print the answer for a train: which meshes carry nothing at rest, the contact of each, and a table of forces and
-    impacts."""
+    """Print the answer for a train: which meshes carry nothing at rest, the contact of each, a table of forces and
+    impacts, and how meshes share loads."""
     by_contact: dict[str, list[str]] = {}
     for name, found in verdict.meshes.items():
         by_contact.setdefault(found["contact"], []).append(name)
@@ -40,22 +41,12 @@ def print_train(verdict: Verdict) -> None:
         numbers = (found[n] for n in ("force_peak", "force_rms", "impacts_per_second", "dynamic_factor"))
         table.add_row(name, found["contact"], *shares, *("none" if v is None else measured(v) for v in numbers))
     print_table(table)
-    if verdict.load_shares:
-        _print_load_shares(verdict)
-
-
-def _print_load_shares(verdict: Verdict) -> None:
-    """Print how meshes share the load of a body, those alike in one row."""
+    rows = shared_loads(verdict)
+    if not rows:
+        return
     print("\nshared loads; Kγ, the mesh load factor of ISO 6336-1, is the largest share over\nan even one")
     table = plain_table("load of", "Kγ", "share", "mean (N)", "least (N)", "largest (N)", "mesh", gap=1,
                         left=("load of", "mesh"))
-    for body, load in verdict.load_shares.items():
-        alike: dict[tuple[str, ...], list[str]] = {}
-        for name, share in load.items():
-            forces = (measured(abs(verdict.meshes[name][n])) for n in ("force_mean", "force_least", "force_peak"))
-            alike.setdefault((f"{100 * share:.3g} %", *forces), []).append(name)
-        first = body, f"{len(load) * max(load.values()):.3f}"
-        for numbers, (name, *others) in alike.items():
-            table.add_row(*first, *numbers, name + f" and {len(others)} alike" * bool(others))
-            first = "", ""
+    for row in rows:
+        table.add_row(*row)
     print_table(table)

@@ -118,6 +118,14 @@ def open_page(page):
     return page
 
 
+def test_a_search_of_other_motions_that_fails_is_said_to_have_ended(open_page):
+    open_page.computations._ended("other motions", "")
+    assert "show_attractors" not in open_page.display.shown
+    open_page.computations._ended("other motions", "no")
+    ((found,),) = open_page.display.shown["show_attractors"]
+    assert not found
+
+
 def test_after_a_coarse_map_come_a_coarse_diagram_and_other_motions_and_after_the_whole_one_a_fine_diagram(page):
     assert page.quick.asked == ["motion"] and page.slow.asked == ["map"]
     page.map(16, 0.01)

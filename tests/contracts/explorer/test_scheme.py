@@ -77,3 +77,15 @@ def test_verdicts_of_meshes_are_their_rows_in_words():
     found = mesh_verdicts([("a/b", "one-sided", "93.1%", "0.0%", "2013", "120", "1.9")])
     assert found["a/b"]["contact"] == "one-sided" and found["a/b"]["words"] == (
         "one-sided, front flanks 93.1%, back flanks 0.0% of the time, peak 2013 N, 120 impacts/s, dynamic factor 1.9")
+    assert "peak 2013 kN," in mesh_verdicts([("a/b", "none", "0.0%", "0.0%", "2013", "0", "–")], "kN")["a/b"]["words"]
+
+
+def test_modes_have_the_speeds_at_which_mesh_frequencies_meet_them():
+    train = TRAINS["train_two_stage"]
+    frequency = float(gc.natural_frequencies(train).natural_frequency[1])
+    assert scheme(train).modes[0].endswith(  # of 20 teeth, and of 20 on a wheel half as fast
+        f", met at {60 * frequency / 20:.0f} (A), {60 * frequency / 10:.0f} (B) rpm of motor")
+    assert scheme(TRAINS["train_planetary"]).modes[0].endswith(" rpm of sun") and "(A)" not in (
+        scheme(TRAINS["train_planetary"]).modes[0])
+    html = render("features/train/scheme.html.j2", scheme=scheme(train))
+    assert html.count(" rpm of motor</li>") == len(scheme(train).modes) and ">1: 570 Hz, ζ 0.059</option>" in html

@@ -1,10 +1,12 @@
 """The explorer for a gear train, without a browser: axes, address, meshes of the map and of the motion."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gearchaos as gc
 from gearchaos.cli.explore import _view
@@ -15,9 +17,10 @@ from gearchaos.explorer.core.opened import Opened
 from gearchaos.explorer.core.style import Units
 from gearchaos.explorer.features.map.job import FULL, _motion_map
 from gearchaos.explorer.features.map.panel import MapFigure
-from gearchaos.explorer.features.motion.panel import verdict_text, wheels_of
+from gearchaos.explorer.features.motion.panel import ForceFigure, force_unit, times, verdict_text, wheels_of
 from gearchaos.explorer.features.motion.point import point_motion
 from gearchaos.explorer.web.form import field_values, parameter_form, plane_menus
+from gearchaos.explorer.web.messages import render
 from gearchaos.explorer.web.page import Page
 from gearchaos.studies.maps.zones import Zones
 from gearchaos.studyfile import load_study
@@ -105,3 +108,43 @@ def test_a_click_gives_the_values_of_each_mesh_and_draws_that_chosen():
         page.show_point_motion(found)
         assert f"The figures of the motion are those of {mesh}" in page.messages._html["verdict"]
     assert drawn["motor/idler"]["z"].values == pytest.approx(found.trajectory["z"].values)
+
+
+def test_what_is_of_the_first_mesh_is_not_shown_with_another_one():
+    found = next(point_motion(SEPARATED.point))
+    of_first = {name for name, _ in verdict_text(found, SEPARATED, Units(SEPARATED.gears, True)).rows}
+    of_other = {name for name, _ in verdict_text(
+        found, replace(SEPARATED, mesh="idler/pump"), Units(SEPARATED.gears, True)).rows}
+    assert {name for name in of_first - of_other} == {name for name in of_first if name.endswith(", motor/idler")}
+    assert len(of_first - of_other) == 3 and of_other < of_first
+
+
+def test_large_forces_are_in_kilonewtons_with_the_loads_that_meshes_share():
+    view = opened("wind_turbine")
+    found = list(point_motion(view.point))[-1]
+    units = Units(view.gears, True)
+    text = verdict_text(found, view, units)
+    known = found.verdict.meshes["low_sun/planet1"]["force_peak"]
+    peak = next(row[4] for row in text.meshes if row[0] == "low_sun/planet1")
+    assert text.force_unit == "kN" and float(peak) == pytest.approx(known / 1e3, rel=1e-3) and known > 1e5
+    assert [row[:3] for row in text.loads] == [
+        (body, "1.000", "33.3 %") for body in ("low_sun", "low_ring", "mid_sun", "mid_ring")]
+    # statics: the sun of the first stage has the torque of the rotor over its ratio 1 + 56/19
+    mean = 4152243.1 / (1 + 56 / 19) / 3 / (19 * 0.045 * math.cos(math.radians(20)) / 2)
+    assert float(text.loads[0][3]) == pytest.approx(mean / 1e3, rel=1e-3)
+    html = render("features/motion/verdict.html.j2", found=found, v=found.verdict, text=text, hints={})
+    assert "peak [kN]" in html and ">Kγ</th>" in html and "low_sun/<wbr>planet1</th>" in html
+    figure, put = ForceFigure(put := Put()), put
+    trajectory = found.of_mesh("low_sun/planet1", wheels_of(view).half_backlash).trajectory
+    figure.show(units.scaled(trajectory), *times(trajectory), units, wheels_of(view))
+    assert abs(put[figure.source.id]["data"]["y"]).max() == pytest.approx(known / 1e3, rel=1e-3)
+    assert put[figure.figure.yaxis[0].id]["axis_label"].endswith("[kN]")
+    assert force_unit(99_999.0) == (1.0, "N")
+
+
+def test_it_is_said_whether_other_motions_are_sought_or_none_was_found():
+    page = Page(Opened(IDLER), IDLER)
+    page.clear_point_studies()
+    assert "looking for other motions" in page.messages._html["others"]
+    page.show_attractors(xr.Dataset())
+    assert "no motion was found here that settles" in page.messages._html["others"] and page.choices == []

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from gearchaos.datasheet.report import Report
 from gearchaos.errors import InputError
@@ -323,6 +324,8 @@ class Computations(Tasks):
         if task in self._clear_display and getattr(self, RESULTS[task]) is None:
             self._line = None if task == ASSESSMENT else self._line
             self._clear_display[task]()
+        if task == "other motions" and message:
+            self._display.show_attractors(xr.Dataset())
         if task == "map":
             self._continue_after_first_map()
             self._continue_after_last_map()

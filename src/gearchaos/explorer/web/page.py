@@ -238,7 +238,7 @@ class Page:
             self._trajectory_key = self._portrait_key = None
             self.messages.set_values({"gaps": "null"})
         text = motion.verdict_text(found, view, units)
-        self.messages.set_values({"verdicts": json.dumps(mesh_verdicts(text.meshes))})
+        self.messages.set_values({"verdicts": json.dumps(mesh_verdicts(text.meshes, text.force_unit))})
         self._write("verdict", "features/motion/verdict", found=found, v=found.verdict, text=text, hints=motion.HINTS)
 
     def _show_turning(self, found: PointMotion) -> None:
@@ -282,8 +282,8 @@ class Page:
         self._write("basin-legend", "features/map/legend", legend=self.basins.legend)
 
     def show_attractors(self, found: xr.Dataset) -> None:
-        """Show a button for every motion of the point."""
-        self._write_choices(choices(found))
+        """Show a button for every motion of the point, or that none was found, as by an empty Dataset."""
+        self._write_choices(choices(found) if found else [], sought=False)
 
     def clear_point_studies(self) -> None:
         """Hide the basins and the motions of the previous point."""
@@ -291,10 +291,10 @@ class Page:
         self._write("basin-legend")
         self._write_choices([])
 
-    def _write_choices(self, found: list[Choice]) -> None:
-        """Write the buttons of motions; an empty list stands for a search under way."""
+    def _write_choices(self, found: list[Choice], sought: bool = True) -> None:
+        """Write the buttons of motions, or whether they are still being looked for."""
         self.choices = found
-        self._write("others", "features/motion/attractors", choices=found)
+        self._write("others", "features/motion/attractors", choices=found, sought=sought)
 
     def show_run_up(self, found: RunUpResult | None) -> None:
         """Set up the figures of a run-up, describe it, and have the browser play it; None while it is computed."""

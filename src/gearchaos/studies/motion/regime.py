@@ -17,6 +17,7 @@ from gearchaos.dynamics.settings import SINGLE_MOTION
 from gearchaos.dynamics.time_series import spectral_class
 from gearchaos.dynamics.verdicts import label_and_period
 from gearchaos.errors import InputError
+from gearchaos.gears.io.units import measured
 from gearchaos.gears.operation.operating import AnyModel, as_model
 from gearchaos.model import MeshModel, vary
 from gearchaos.model.base import SAMPLES
@@ -243,6 +244,23 @@ class Verdict(HasCard):
         classes = {"motion": self.label, "spectral_label": self.spectral_label or "none"}
         attributes = provenance("regime", self.model, classification=asdict(self.settings))
         return new_dataset(data, mesh_coordinate(self.model), {**attributes, **classes})
+
+
+def shared_loads(verdict: Verdict, unit: float = 1.0) -> list[tuple[str, ...]]:
+    """How meshes share the load of a body, those alike in one row: the body and the mesh load factor Kγ of ISO 6336-1,
+    the largest share over an even one, in its first row; the share, the mean, the least and the largest force over a
+    ``unit`` in N, and the mesh."""
+    out: list[tuple[str, ...]] = []
+    for body, load in verdict.load_shares.items():
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for name, share in load.items():
+            forces = (measured(abs(verdict.meshes[name][f"force_{n}"]) / unit) for n in ("mean", "least", "peak"))
+            alike.setdefault((f"{100 * share:.3g} %", *forces), []).append(name)
+        first = body, f"{len(load) * max(load.values()):.3f}"
+        for numbers, (name, *others) in alike.items():
+            out.append((*first, *numbers, name + f" and {len(others)} alike" * bool(others)))
+            first = "", ""
+    return out
 
 
 @dataclass(frozen=True)

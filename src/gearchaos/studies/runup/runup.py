@@ -46,6 +46,10 @@ _BINS = 400  # most speeds at which results are given
 _HIGHEST = 6  # highest harmonic of the mesh in the spectrum
 _SETTLED = 500  # periods at the first speed before the run begins
 _OWN_MATRICES = 20.0  # cost of a step whose matrices are made for it alone, relative to one of many with the same
+_JUMPS, _EVENT = 5, 2000
+"""Jumps of a usual run, and the periods of it that take as long as finding the event of one: 1200 to 2800 in runs of 10
+to 40 s."""
+
 _FASTEST_CHANGE = 0.05  # largest relative change of the speed within a period
 
 
@@ -126,6 +130,8 @@ class RunUp(MeshStudy):
         Option("journal", "str | PathLike[str] | None", None, "A file that keeps what is computed. If it exists, the "
                "same call goes on from there, to the same result.", type=Path),)
 
+    trial_of = 0  # periods of the run of which it is a part that is tried for the price
+
     speed: Axis = axis_option('The first and the last speed, as a text "speed=500:6000" in rpm.', RANGE)
     duration: float = option(60.0, "Of the run-up, in s.", rule=POSITIVE, keyword=False)
     down: bool = option(False, "Run down again as well, in the same time.")
@@ -186,8 +192,14 @@ class RunUp(MeshStudy):
     def thinned(self, share: float) -> Self:
         """In less time, as far as that is possible, at the largest torque, without the events of jumps."""
         least = max(self.duration * self._change / _FASTEST_CHANGE, self.duration * self._window / self._periods)
-        return replace(self, duration=min(self.duration, max(share * self.duration, 1.1 * least)), torque=None,
-                       events=False)
+        found = replace(self, duration=min(self.duration, max(share * self.duration, 1.1 * least)), torque=None)
+        found._set(trial_of=self.trial_of or self._periods)
+        return found
+
+    def needed(self, found: Any) -> float:
+        """All of the bound, and beyond it the events of as many jumps as this part shows, but at least of `_JUMPS`."""
+        whole = _SETTLED + (1 + self.down) * (self.trial_of or self._periods)
+        return 1.0 + self.events * max(found.sizes["jump"], _JUMPS) * _EVENT / whole
 
     @cached_property
     def _runs(self) -> dict[str, Run]:
@@ -246,7 +258,7 @@ class RunUp(MeshStudy):
             "speed_of_jump": [jump.speed for _, jump in jumps], "direction_of_jump": [way for way, _ in jumps],
             "factor_before_jump": [jump.before for _, jump in jumps],
             "factor_after_jump": [jump.after for _, jump in jumps], "clear_jump": [jump.clear for _, jump in jumps]}
-        if self.events:
+        if self.events and not self.trial_of:
             events = []
             with bar("runup, events" if progress else None, len(jumps)) as advance:
                 for way, jump in jumps:

@@ -24,11 +24,18 @@ from gearchaos.plot.axes import mesh_period
 from gearchaos.plot.motions import FLOOR, HISTORY_PERIODS, amplitudes
 from gearchaos.plot.theme import INK, STROBE
 from gearchaos.quantities import quantity
+from gearchaos.studies.motion.regime import shared_loads
 from gearchaos.studies.operation.factor_context import beside_factors, which_mesh
 
 _HISTORY_SAMPLES = 8192  # largest number of samples drawn
 
 _PERIODS = "time τ/T (mesh periods)"
+_LARGE = 1e5  # N: forces are in kN where the largest is so large
+
+
+def force_unit(largest: float) -> tuple[float, str]:
+    """The unit in which forces are shown, in N and its name, by the largest in N."""
+    return (1e3, "kN") if largest >= _LARGE else (1.0, "N")
 
 
 class Wheels(NamedTuple):
@@ -94,12 +101,14 @@ class ForceFigure(_LineFigure):
     def show(self, motion: xr.Dataset, tau: np.ndarray, period: float, units: Units, wheels: Wheels) -> None:
         """Draw a motion of gears; arguments as of `HistoryFigure.show`."""
         time, shown, words = _times_shown(tau, period, units)
-        self._set(self.source, data=_samples(time, motion["mesh_force"].values[shown]))
-        self._set(self.static, location=wheels.static * units.one("mesh_force"))
+        force = motion["mesh_force"].values[shown]
+        unit, name = force_unit(np.abs(force).max())
+        self._set(self.source, data=_samples(time, force / unit))
+        self._set(self.static, location=wheels.static * units.one("mesh_force") / unit)
         self._set(self.figure.x_range, start=0.0, end=float(time[-1]))
         periods = float((tau[shown][-1] - tau[0]) / period)
         self._set(self.figure.extra_x_ranges["roll"], start=0.0, end=360 * periods * wheels.turns)
-        self._label(words, units.label(motion["mesh_force"], "mesh_force"))
+        self._label(words, units.label(motion["mesh_force"], "mesh_force").replace("[N]", f"[{name}]"))
         self._set(self.figure, visible=True)
 
     def clear(self) -> None:
@@ -251,6 +260,8 @@ class VerdictText(NamedTuple):
     where: str  # the point on the map
     rows: list[tuple[str, str]]  # names and values of the evidence and of the response measures
     meshes: list[tuple[str, ...]]  # of a train, the numbers of `MESH_NUMBERS` of each mesh, after its name and contact
+    loads: list[tuple[str, ...]]  # of a train, the rows of `shared_loads`
+    force_unit: str  # of both
     drawn: str  # of a train, the mesh whose motion is drawn
     spectral: str  # the class by the spectrum of the stroboscopic points alone, or "the same"; empty if there is none
     evidence: str  # what the verdict rests on
@@ -284,7 +295,9 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
     elif v.contact:
         rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
     titles = _MEASURES | (_FORCES if units.gears is not None else {})
-    known = {n: x for n in titles if of.get(n) != "worst" and (x := getattr(v, n)) is not None}
+    other = bool(drawn) and drawn != next(iter(v.meshes), drawn)  # what is of the first is none of it
+    known = {n: x for n in titles if of.get(n) not in ("worst", "first" if other else None) and (
+        x := getattr(v, n)) is not None}
     measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
     beside = {n: f", {next(iter(v.meshes))}" for n in known if of.get(n) == "first"}
     rows += [(titles[n] + beside.get(n, ""), number(f"{float(value):.5g}", style.unit(value)))
@@ -299,9 +312,12 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
         mark = "1/s" if units.gears is not None else "ω₀" if units.marked else ""
         rows.append((quantity("lyapunov").long_name, number(f"{exponent:+.3g} ({low:+.3g} to {high:+.3g})", mark)))
     rows.append((quantity("periods_spent").title, number(f"{v.periods_spent:,}", "")))
-    meshes = [(name, each["contact"], *("–" if each[n] is None else shape.format(each[n]) for n, shape in
-                                        MESH_NUMBERS.items())) for name, each in v.meshes.items()]
-    return VerdictText(style.motion_colour(v.label), where, rows, meshes, drawn,
+    unit, unit_name = force_unit(max((each["force_peak"] or 0.0 for each in v.meshes.values()), default=0.0))
+    meshes = [(name, each["contact"], *(
+        "–" if each[n] is None else shape.format(each[n] / (unit if n == "force_peak" else 1.0))
+        for n, shape in MESH_NUMBERS.items())) for name, each in v.meshes.items()]
+    return VerdictText(style.motion_colour(v.label), where, rows, meshes, shared_loads(v, unit),
+                       unit_name, drawn,
                        spectral="the same" if v.spectral_label == v.label else v.spectral_label or "",
                        evidence="the orbit itself and its multipliers" if v.multipliers else "the Lyapunov exponents",
                        obstacle=obstacle(found))

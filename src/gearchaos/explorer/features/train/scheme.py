@@ -6,6 +6,7 @@ import json
 import math
 import string
 from collections.abc import Callable, Iterable
+from fractions import Fraction
 from functools import lru_cache
 from itertools import count
 from typing import NamedTuple
@@ -147,9 +148,13 @@ def _free(centre: Point, radii: Iterable[float], taken: list[Point]) -> Point:
 
 
 def _modes(train: Train, layout: Layout, size: float) -> tuple[list[str], str]:
-    """The modes that deflect something in words, and by mode and body how it turns, degrees, and moves."""
+    """The modes that deflect something in words, with the speeds at which mesh frequencies meet them, and by mode and
+    body how it turns, degrees, and moves."""
     found, words, shapes = modes(train), [], list[dict[str, list[float]]]()
     names = [body.name for body in train.bodies]
+    orders: dict[Fraction, str] = {}  # the first mesh of each mesh frequency
+    for letter, mesh in zip(_LETTERS, train.meshes, strict=False):
+        orders.setdefault(train.mesh_order(mesh), letter)
     sense = np.array([math.copysign(1.0, train.speeds[name]) for name in names])
     radii = np.array([layout.radius(name) for name in names])
     for n in np.flatnonzero(found.frequency).tolist():
@@ -163,13 +168,16 @@ def _modes(train: Train, layout: Layout, size: float) -> tuple[list[str], str]:
         shapes.append(dict(zip(names, np.round(drawn, 3).tolist(), strict=True)))
         most = [f"{of[int(share.argmax())]} {100 * share.max():.0f} %" for of, share in (
             (names, found.kinetic_energy[n]), (found.elements, found.strain_energy[n]))]
-        words.append(f"{measured(found.frequency[n] / (2 * math.pi), 3)} Hz, ζ {measured(found.damping_ratio[n], 2)}, "
-                     f"energy most in {most[0]} and {most[1]}")
+        frequency = found.frequency[n] / (2 * math.pi)
+        met = [f"{60 * frequency / float(order):.0f}{f' ({letters})' if len(orders) > 1 else ''}"
+               for order, letters in orders.items()]
+        words.append(f"{measured(frequency, 3)} Hz, ζ {measured(found.damping_ratio[n], 2)}, energy most in {most[0]} "
+                     f"and {most[1]}, met at {', '.join(met)} rpm of {names[0]}")
     return words, json.dumps(shapes)
 
 
-def mesh_verdicts(rows: Iterable[tuple[str, ...]]) -> dict[str, dict[str, str]]:
-    """The contact of each mesh, and its row in the table of a verdict in words, by the name of the mesh."""
+def mesh_verdicts(rows: Iterable[tuple[str, ...]], unit: str = "N") -> dict[str, dict[str, str]]:
+    """The contact of each mesh, and its row in the table of a verdict in words, forces in a ``unit``, by its name."""
     return {name: {"contact": contact, "words": f"{contact}, front flanks {front}, back flanks {back} of the time, "
-                   f"peak {peak} N, {impacts} impacts/s, dynamic factor {factor}"}
+                   f"peak {peak} {unit}, {impacts} impacts/s, dynamic factor {factor}"}
             for name, contact, front, back, peak, impacts, factor in rows}
