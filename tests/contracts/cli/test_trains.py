@@ -11,12 +11,15 @@ import gearchaos as gc
 from gearchaos.cli.modes import print_modes
 from gearchaos.cli.runup import runup_document
 from gearchaos.cli.trains import print_train
+from gearchaos.continuation.natural import Follower, Path
 from gearchaos.datasheet.assessment import decision, worst
 from gearchaos.errors import InputError
 from gearchaos.explorer.core.models import operating_axes
 from gearchaos.gears.operation.operating import as_model
 from gearchaos.plot import campbell
 from gearchaos.studies.maps.bifurcation import Bifurcation
+from gearchaos.studies.operation.followed_motions import Motion
+from gearchaos.studies.operation.window_edges import continued
 from gearchaos.studyfile import load_study
 from tests import EXAMPLES
 from tests.commands import ask, refused, run_json
@@ -114,6 +117,17 @@ def test_the_largest_dynamic_factor_is_said_with_its_mesh(of_idle):
                               strict=True):
         meshes = gc.regime(train.at(speed=float(speed))).meshes.values()
         assert factors.tolist() == pytest.approx([mesh["dynamic_factor"] for mesh in meshes], rel=1e-6)
+
+
+def test_the_factors_of_meshes_go_on_with_an_orbit():
+    model = as_model(gc.open(IDLER))
+    here, there = (gc.regime(model.with_values({"speed": speed})) for speed in (2000.0, 2010.0))
+    w = np.array([here.section[name][0] for name in model.state_names])
+    found = Follower(model, "speed").orbits([Path({}, 2000.0, 2010.0, 1, w)], np.array([2010.0]), w[:, None])
+    factors = [mesh["dynamic_factor"] for mesh in there.meshes.values()]
+    assert found.mesh_factors[0].tolist() == pytest.approx(factors, rel=1e-9) and found.factor[0] == max(
+        found.mesh_factors[0])
+    assert continued(found, 0, Motion(1, 1, 0, 1.0, 0.5, (0.0, 0.0), w)).factors == found.mesh_factors[0].tolist()
 
 
 def test_a_mode_that_speeds_may_pass_is_named():

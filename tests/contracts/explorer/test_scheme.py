@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from itertools import combinations
 
 import numpy as np
@@ -87,5 +88,7 @@ def test_modes_have_the_speeds_at_which_mesh_frequencies_meet_them():
         f", met at {60 * frequency / 20:.0f} (A), {60 * frequency / 10:.0f} (B) rpm of motor")
     assert scheme(TRAINS["train_planetary"]).modes[0].endswith(" rpm of sun") and "(A)" not in (
         scheme(TRAINS["train_planetary"]).modes[0])
+    met = scheme(TRAINS["train_wind_turbine"]).modes[0].partition("met at ")[2]
+    assert re.fullmatch(r"\d+ \(A\), \d+ \(B\), \d+ \(H\) rpm of generator", met)  # the first mesh of each frequency
     html = render("features/train/scheme.html.j2", scheme=scheme(train))
     assert html.count(" rpm of motor</li>") == len(scheme(train).modes) and ">1: 570 Hz, ζ 0.059</option>" in html
