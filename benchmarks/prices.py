@@ -62,6 +62,7 @@ runup train_idler.toml --speed 1000:6000 --duration "20 s" --events
 runup {SPUR} --torque 100 --speed 500:3000 --duration "20 s" --events
 simulate --set omega=0.05 --set eps1=0.1 --periods 100000 --json
 regime --set omega=0.05 --set eps1=0.3
+regime train_planetary.toml --set speed=3300 --set torque=20
 """.strip().splitlines()
 
 

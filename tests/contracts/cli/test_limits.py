@@ -352,3 +352,18 @@ def test_too_many_steps_of_a_train_are_said_with_the_parts_that_make_them(dampin
         f"Steps follow a {words} of {rate:.3g} rad/s through a common period of {60 / (17 * 1e-3):.4g} s (mesh cycles: "
         "1 of first). It is that of motor (100 % of its kinetic energy) on first (100 % of its strain energy, ")
     assert f"give motor more inertia, or first less {'damping' if damping else 'stiffness'}" in error.value.advice
+
+
+@pytest.mark.parametrize(("motion", "before", "runs"), [
+    ("chaotic", 20_000, 2), ("quasi-periodic", 1280, 1), ("undecided", 1280, 7), ("2T", None, 0),
+    ("diverged", None, 0)])
+def test_the_price_of_one_motion_is_that_of_its_kind(motion, before, runs):
+    """Transients of 80, 80, 160, 320, 640 periods, exponent runs of 2000 with two doublings, averages over 1000; the
+    part has the first of each. The torsional pair has two coordinates, and an exponent run as many tangent vectors."""
+    part = gc.Regime(PAIR).thinned(0.3)
+    bound = (80 + 2 * 2000 + 1000) / (1280 + 2 * 7 * 2000 + 20_000 + 1000)
+    run = 2000 * (2 + 1)
+    share = 1 if before is None else (before + 1000 + runs * run) / (80 + 1000 + run)
+    assert part.cost.dimension == 2
+    for each in (part, part.thinned(0.1)):
+        assert each.needed(SimpleNamespace(attrs={"motion": motion})) == pytest.approx(bound * share, rel=1e-12)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -299,6 +299,7 @@ class Regime(ClassifyingStudy):
     returns: ClassVar[str] = "Verdict"
     run_options: ClassVar[tuple[Option, ...]] = (PROGRESS,)
     default_settings: ClassVar[Classification] = SINGLE_MOTION
+    trial_of: ClassVar[Classification | None] = None  # the settings of the whole, of a part tried for its price
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -307,6 +308,25 @@ class Regime(ClassifyingStudy):
     @cached_property
     def cost(self) -> Cost:
         return self.estimate(1, self.classification.max_periods)
+
+    def thinned(self, share: float) -> Self:
+        """As of every study without axes."""
+        found = super().thinned(share)
+        found._set(trial_of=self.trial_of or self.classification)
+        return found
+
+    def needed(self, found: xr.Dataset) -> float:
+        """The share that a motion of the kind takes that this part shows. A period of an exponent run, which has d
+        tangent vectors, takes as long as d + 1 others."""
+        own, whole, motion = self.classification, self.trial_of or self.classification, found.attrs["motion"]
+        bound = own.max_periods / whole.max_periods
+        runs = {"chaotic": 2, "quasi-periodic": 1, "undecided": 2 ** (whole.doublings + 1) - 1}
+        if motion not in runs:  # as soon known as in this part
+            return bound
+        run = (self.cost.dimension + 1) * own.exponent_run
+        before = whole.longest_transient if motion == "chaotic" else sum(whole.transient_lengths)
+        return bound * (before + whole.averaging_periods + runs[motion] * run) / (
+            sum(own.transient_lengths) + own.averaging_periods + run)
 
     def verdict(self) -> Verdict:
         """The verdict on the motion; see `regime`."""
