@@ -204,7 +204,7 @@ def test_a_price_is_of_what_is_needed_by_a_trial_that_tells(clock, monkeypatch):
     enough, clock.runs = clock.runs[-1], []
     monkeypatch.setattr(_Work, "tells", lambda self, found: self.motions > enough)
     prices.price(_Work(640_000, clock), 1)
-    assert clock.runs[-1] == pytest.approx(4 * enough, rel=0.05)
+    assert clock.runs[-1] == pytest.approx(3 * enough, rel=0.05)
 
 
 def test_a_choice_that_is_hardly_smaller_is_not_told(clock, capsys, monkeypatch):

@@ -130,7 +130,9 @@ REFUSED = [
     (with_mesh(pressure_angle="20 deg"), "mesh a/b: pressure_angle", "without a planet", "no effect"),
     (with_mesh(line_of_action="20 deg"), "mesh a/b: line_of_action", "where both centres rest", "no effect"),
     (with_mesh(error_phases=[1.0]), "mesh a/b: error_phases", "must not be longer"),
-    (with_mesh(damping_law="unilateral"), "mesh a/b: damping_law", "must be one of always, contact"),
+    (with_mesh(damping_law="one-sided"), "mesh a/b: damping_law", "must be one of always, contact, unilateral"),
+    (with_mesh(damping_law="unilateral", stiffness=None, tooth_pairs=PAIRS), "mesh a/b: damping_law",
+     "must be always or contact where tooth pairs share the load", "load_sharing = 'prescribed'"),
     (train(damping_law="contacts"), "train.damping_law", "must be one of", "Did you mean 'contact'?"),
     # shafts and supports
     (with_shaft(), "shaft b-c: stiffness", "must be greater than 0, or stop", "For a rigid one"),
@@ -338,7 +340,7 @@ def test_a_mesh_that_closes_a_loop_begins_where_the_others_say():
     (LOOSE, {"driver.torque": 3}, "parameter", "must be one of"),
     (LOOSE, {"kind": "single"}, "kind", "must be left out for a train"),
     (LOOSE, {"loose.inertia": -1}, "body loose: inertia", "greater than 0"),
-    (LOOSE, {"damping_law": "unilateral"}, "damping_law", "must be one of"),
+    (LOOSE, {"damping_law": "one-sided"}, "damping_law", "must be one of"),
     # initial values
     ('deflections = { "z1/z3" = 0 }', {}, "initial.deflections: mesh or shaft", "must be one of"),
     ('deflections = { "z1/z2" = "1 N" }', {}, "initial.deflections: z1/z2", "must be a length"),
