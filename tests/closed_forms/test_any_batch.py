@@ -142,12 +142,19 @@ def test_a_refinement_that_is_no_power_of_two_is_refused(refine):
 
 
 @pytest.mark.parametrize(("most", "threads", "expected"), [
-    (1, 2, [(0, 3), (3, 5), (5, 9), (9, 10)]), (2, 2, [(0, 5), (5, 10)]), (9, 2, [(0, 5), (5, 10)]),
-    (9, 1, [(0, 10)]), (1, 8, [(0, 3), (3, 5), (5, 9), (9, 10)])])
-def test_tiles_have_whole_points_at_most_so_many_and_enough_for_all_threads(most, threads, expected):
-    points = np.repeat([4, 5, 7, 9], [3, 2, 4, 1])
+    (1, 2, [3, 2] * 8), (2, 2, [5] * 8), (9, 2, [5] * 8), (9, 1, [10] * 4), (3, 1, [8, 7, 8, 7, 8, 2]),
+    (9, 8, [3, 2] * 8)])
+def test_tiles_have_whole_points_at_most_so_many_and_four_for_each_thread(most, threads, expected):
+    points = np.repeat(np.arange(16) % 7, [3, 2] * 8)
     found = tiles.split_points(points, most, threads=threads)
-    assert [(each.start, each.stop) for each in found] == expected
+    assert [each.stop - each.start for each in found] == expected
+    assert [each.start for each in found] == [0, *np.cumsum(expected)[:-1]]
     assert tiles.split_points(points[:0], most, threads=threads) == []
     small = [each.stop - each.start for each in tiles.split_points(points, most, 2, threads)]
-    assert max(small) == 2 and sum(small) == 10
+    assert max(small) == 2 and sum(small) == 40
+
+
+@pytest.mark.parametrize(("points", "threads", "expected"), [(1, 2, [5, 5]), (1, 1, [10]), (2, 8, [3, 3, 3, 1] * 2)])
+def test_motions_of_fewer_points_than_threads_are_for_all_threads(points, threads, expected):
+    found = tiles.split_points(np.repeat(np.arange(points), 10), 9, threads=threads)
+    assert [each.stop - each.start for each in found] == expected
