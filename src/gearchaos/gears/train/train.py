@@ -194,11 +194,9 @@ class Train(Damped, HasCard):
         """Raise `InputError` for a mesh that does not go with its bodies."""
         a, b = map(self.body, mesh.between)
         if self.law_of(mesh).releases and (mesh.tooth_pairs is not None or mesh.uneven):
-            raise InputError(
-                field_of(mesh, "damping_law"), f"must be {' or '.join(SHARED_LAWS)} where tooth pairs share the load",
-                self.law_of(mesh).name, "The mesh has one damper; a pair that never pulls would need one of its own. "
-                "In a design, load_sharing = 'prescribed' makes the mesh one spring; so does a mesh whose teeth are "
-                "all alike.")
+            raise InputError(field_of(mesh, "damping_law"), f"must be {' or '.join(SHARED_LAWS)} where tooth pairs "
+                             "share the load", self.law_of(mesh).name, "The mesh has one damper; a pair that never "
+                             "pulls would need its own. A design with load_sharing = 'prescribed' has one spring.")
         if a.prescribed and b.prescribed:
             raise InputError(field_of(mesh, "between"), "must have a body that is free to move", list(mesh.between),
                              "The motion of both is prescribed, so that nothing is left to compute.")
