@@ -206,6 +206,23 @@ def test_the_momentum_of_an_undamped_free_train_stays_as_it_is():
     assert np.ptp(energy) < 1e-13 and np.any(potential > 0)
 
 
+def soft_shaft(damping: float) -> gc.Train:
+    """Its slowest mode, of 0.49 Hz, has a cycle of 30 000 mesh cycles; contact is kept, at constant stiffness."""
+    bodies = [gc.Body(name="a", inertia=1e-3, torque=20.0), gc.Body(name="b", inertia=3e-3),
+              gc.Body(name="rotor", inertia=1.0, torque=-30.0)]
+    return gc.Train(speed=15000.0, bodies=bodies, shafts=[
+        gc.Shaft(between=("b", "rotor"), stiffness=0.05, damping=damping)], meshes=[
+        gc.Mesh(between=("a", "b"), teeth=(60, 90), base_radii=(0.02, 0.03), stiffness=3e8, damping=400.0,
+                backlash=2e-5, error_amplitudes=[5e-8])])
+
+
+@pytest.mark.parametrize(("damping", "labels"), [(1e-4, {"undecided", "1T"}), (6e-4, {"1T"})])
+def test_a_train_that_keeps_contact_is_never_chaotic(damping, labels):
+    """A linear motion has no positive exponent, however slow its modes are in mesh cycles."""
+    found = gc.regime(soft_shaft(damping))
+    assert found.label in labels and found.contact == "permanent"
+
+
 def test_a_common_period_is_that_of_all_orders():
     train = hunting_train()
     assert train.cycles == {"motor/wheel": 41, "wheel/load": 19}

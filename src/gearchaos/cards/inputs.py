@@ -54,7 +54,7 @@ def _train(train: Train) -> Card:
     rows += [("mesh", f"{mesh.name}: {mesh.teeth[0]}/{mesh.teeth[1]} teeth, backlash {mesh.backlash * 1e3:.4g} mm")
              for mesh in train.meshes]
     rows += [("assumed", text) for text in train.assumptions]
-    rows += [("mesh damping", train.law.words), ("common period", f"{train.period * 1e3:.6g} ms")]
+    rows += [("mesh damping", TrainModel(train).damping_in_words), ("common period", f"{train.period * 1e3:.6g} ms")]
     return Card("Gear train", rows)
 
 

@@ -174,9 +174,13 @@ def print_modes(dataset: xr.Dataset) -> None:
         moving = max(dataset["body"].values.tolist(), key=mode["shares"].__getitem__)
         values = ["rigid", "", ""] if mode["rigid"] else [
             f"{mode['frequency']:.5g}", f"{mode['damping_ratio']:.2g}", "\n".join(
-                ", ".join(f"{mode['met_at'][name] / n:.0f}" for n in harmonics) for name in names)]
+                ", ".join(_rounded(mode["met_at"][name] / n) for n in harmonics) for name in names)]
         table.add_row(str(number), *values, _energy_in(dataset, mode), moving)
     print_table(table)
+
+
+def _rounded(speed: float) -> str:
+    return f"{speed:.0f}" if speed >= 10 else f"{speed:.2g}"
 
 
 def _print_meetings(dataset: xr.Dataset, limits: tuple[float, float]) -> None:

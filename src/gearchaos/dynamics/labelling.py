@@ -17,7 +17,7 @@ from gearchaos.dynamics.settings import Classification
 from gearchaos.dynamics.time_series import time_sum
 from gearchaos.dynamics.transients import ClassificationState
 from gearchaos.dynamics.verdicts import Label, Reason, Verdicts
-from gearchaos.flow import ExactFlow
+from gearchaos.flow import ExactFlow, Measure, of_meshes
 
 _CHAOS_INTERVAL = 2560
 """Mesh periods between two tests of whether a chaotic motion has settled on an orbit."""
@@ -34,6 +34,9 @@ unit of τ."""
 
 _CHAOTIC_EXPONENT = 1e-3
 """Lower bound of λ1 of a chaotic motion, per unit of τ."""
+
+_FLANKS, _SOON = 2, 16
+"""Contacts of a mesh of one spring, and mesh periods in which most chaotic motions change contact."""
 
 _MAX_TRACE_ERROR = 1e-6
 """Largest |sum of the exponents − trace| of a consistent run, per unit of τ."""
@@ -92,12 +95,10 @@ def _transient_stage(state: ClassificationState) -> None:
 
 def _exponent_stage(state: ClassificationState) -> None:
     """Classify unresolved motions by their exponents, except chaotic ones whose chaos may be transient."""
-    _classify_by_exponents(state, state.unresolved)
+    positive = _classify_by_exponents(state, state.unresolved)
+    state.assign(np.setdiff1d(state.unresolved, positive), Label.UNDECIDED, Reason.BUDGET)
     motions = state.unresolved
-    state.assign(motions[~state.chaotic_so_far[motions]], Label.UNDECIDED, Reason.BUDGET)
-    motions = state.unresolved
-    followed = state.verdicts.periods_run[motions] >= state.settings.longest_transient
-    state.assign(motions[followed], Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    _end_unstable(state, motions[state.verdicts.periods_run[motions] >= state.settings.longest_transient])
 
 
 def _chaos_stage(state: ClassificationState) -> None:
@@ -110,7 +111,7 @@ def _chaos_stage(state: ClassificationState) -> None:
         for periods in np.unique(before):  # so that the times of the tests do not depend on the batch
             until = min(end, (periods // _CHAOS_INTERVAL + 1) * _CHAOS_INTERVAL)
             state.run_transient(motions[before == periods], max(2 * settings.longest_period + 1, int(until - periods)))
-    state.assign(_classify_by_exponents(state, state.unresolved), Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    _end_unstable(state, _classify_by_exponents(state, state.unresolved))
     state.assign(state.unresolved, Label.UNDECIDED, Reason.BUDGET)
 
 
@@ -181,18 +182,19 @@ def conclude(state: ClassificationState, *, response: bool = True) -> Verdicts:
 
 
 def _classify_by_exponents(state: ClassificationState, motions: np.ndarray) -> np.ndarray:
-    """Classify motions by exponent runs of doubling length, except chaotic ones, whose numbers are returned."""
-    length, chaotic = state.settings.exponent_run, motions[:0]
+    """Classify motions by exponent runs of doubling length, except those with a positive one, whose numbers are
+    returned."""
+    length, unstable = state.settings.exponent_run, motions[:0]
     for _ in range(state.settings.doublings + 1):
         for part in _parts(state, motions, length):
-            chaotic = np.concatenate([chaotic, part[_exponent_run(state, part, length)]])
-        motions = motions[~state.resolved[motions] & ~np.isin(motions, chaotic)]
+            unstable = np.concatenate([unstable, part[_exponent_run(state, part, length)]])
+        motions = motions[~state.resolved[motions] & ~np.isin(motions, unstable)]
         length *= 2
     longest = min(_LONG_ORBIT * state.settings.longest_period, state.settings.longest_transient // 2)
     settled = motions[state.verdicts.exponent_high[0, motions] < 0]  # their period is not one of the nearest returns
     for part in _parts(state, settled, 2 * longest + 1):
         state.classify_long_orbits(part, longest)
-    return chaotic
+    return unstable
 
 
 def _parts(state: ClassificationState, motions: np.ndarray, sections: int) -> Iterator[np.ndarray]:
@@ -204,8 +206,8 @@ def _parts(state: ClassificationState, motions: np.ndarray, sections: int) -> It
 def _exponent_run(state: ClassificationState, motions: np.ndarray, length: int) -> np.ndarray:
     """Compute exponents over one run, and classify periodic and quasi-periodic motions.
 
-    Returns which motions are chaotic, (motions,) of bool. The first twentieth of the run, in which the tangent vectors
-    align, is dropped.
+    Returns which motions have a positive exponent, (motions,) of bool. The first twentieth of the run, in which the
+    tangent vectors align, is dropped.
     """
     tangent = orbits.tangent_frame(state.flow.dimension, len(motions))[: None if state.all_exponents else 1]
     out = state.advance(motions, length, tangent=tangent, growth=True, sections=length)
@@ -216,8 +218,34 @@ def _exponent_run(state: ClassificationState, motions: np.ndarray, length: int) 
     state.classify_returning(motions, out.sections, min(4 * state.settings.longest_period, length // 2))
     _classify_tori(state, motions, out.sections[:, 0], growth)
     positive = (exponents.low[0] > 0) & (exponents.value[0] > _CHAOTIC_EXPONENT) & ~state.resolved[motions]
-    state.chaotic_so_far[motions] |= positive
+    chaotic = positive.copy()
+    chaotic[positive] = ~_linear(state, motions[positive])
+    state.chaotic_so_far[motions] |= chaotic
     return positive
+
+
+def _end_unstable(state: ClassificationState, motions: np.ndarray) -> None:
+    """Label motions with a positive exponent: they are chaotic unless they surely are linear."""
+    linear = _linear(state, motions)
+    state.assign(motions[~linear], Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
+    state.assign(motions[linear], Label.UNDECIDED, Reason.BUDGET)
+
+
+def _linear(state: ClassificationState, motions: np.ndarray) -> np.ndarray:
+    """Whether motions (M,) are linear for the mesh periods of an exponent run, since no contact of one spring changes.
+
+    Then no exponent is positive; one that seems so is of a run shorter than the slowest modes. Contacts of tooth pairs
+    may change while their mesh keeps contact: of them nothing is said.
+    """
+    contacts, linear = state.flow.system.contacts, np.zeros(len(motions), bool)
+    if len(motions) == 0 or contacts is None or np.bincount(contacts.meshes).max() > _FLANKS:
+        return linear
+    linear[:] = True
+    for periods in (_SOON, state.settings.exponent_run):
+        some = np.flatnonzero(linear)
+        measures = state.advance(motions[some], periods, measured=True).measures
+        linear[some] = of_meshes(measures)[:, Measure.SWITCHES].sum(axis=0) == 0
+    return linear
 
 
 def _classify_tori(state: ClassificationState, motions: np.ndarray, z: np.ndarray, growth: np.ndarray) -> None:

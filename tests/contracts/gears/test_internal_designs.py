@@ -127,6 +127,8 @@ def test_studies_take_it_alone_and_as_the_mesh_of_a_train(design, ring):
     (ring.parent / "train.toml").write_text(TRAIN)
     train = gc.open(ring.parent / "train.toml")
     assert train.meshes[0].internal and train.speeds["ring"] == pytest.approx(3000 * 20 / 61)
+    with pytest.raises(gc.InputError, match="internal must be left out or as in the design"):
+        gc.Mesh(between=("pinion", "ring"), design=design, internal=False)
     pair = gc.regime(design)
     assert pair.label == "1T" and pair.contact == "permanent"
     there = gc.regime(train).meshes["pinion/ring"]

@@ -368,6 +368,18 @@ def test_a_fourier_series_of_the_stiffness_keeps_its_mean_and_first_harmonic():
     assert any("Fourier series" in text for text in found.warnings)
 
 
+@pytest.mark.parametrize(("laws", "law", "words"), [
+    ((None, None), "unilateral", "in contact alone, never pulling"),
+    (("always", None), "contact", "also across the gap: a/b; in contact alone: b/c, c-d"),
+    (("always", "always"), "unilateral", "also across the gap: a/b, b/c; in contact alone, never pulling: c-d")])
+def test_damping_is_told_by_mesh_where_laws_differ(laws, law, words):
+    stops = gc.Shaft(between=("c", "d"), stop=0.1, stop_stiffness=1e5)
+    meshes = [gc.Mesh(**mesh(*ends, damping_law=own)) for ends, own in zip(("ab", "bc"), laws, strict=True)]
+    bodies = [gc.Body(name=name, inertia=1e-3) for name in "abcd"]
+    whole = gc.Train(speed=1000.0, bodies=bodies, meshes=meshes, shafts=[stops], damping_law=law)
+    assert TrainModel(whole).damping_in_words == words
+
+
 def test_tooth_pairs_of_a_mesh_share_its_load():
     table = with_mesh(tooth_pairs=PAIRS)
     del table["meshes"][0]["stiffness"]

@@ -104,7 +104,7 @@ class Mesh:
         ψ at t = 0.
     damping_law : {"always", "contact", "unilateral"}, optional
         That of the train by default. With ``unilateral``, for meshes of one spring, the force never pulls.
-    internal : bool
+    internal : bool, optional
         Whether one of the wheels is a ring; by default as the design says, of which the second body is the ring.
     line_of_action : angle
         Direction along which a displacement of the centre of the first body presses the flanks together; matters
@@ -142,7 +142,7 @@ class Mesh:
     contact_ratio: Any = field(default=None, metadata=read_by(_ratio))
     phase: Any = field(default=0.0, metadata=read_by(one(units.ANGLE)))
     damping_law: Any = field(default=None, metadata=read_by(name_of(*DAMPING_LAWS.own)))
-    internal: bool = False
+    internal: Any = None
     line_of_action: Any = field(default=None, metadata=read_by(one(units.ANGLE)))
     pressure_angle: Any = field(default=None, metadata=read_by(one(
         units.ANGLE, POSITIVE, (math.radians(5), math.radians(45)))))
@@ -151,12 +151,13 @@ class Mesh:
     def __post_init__(self) -> None:
         convert_fields(self)
         object.__setattr__(self, "name", self.name or JOINED["mesh"].join(self.between))
-        if not isinstance(self.internal, bool):
+        drawn = getattr(self.design, "internal", None)
+        if self.internal not in (None, True, False):
             raise InputError("internal", "must be true or false", self.internal)
-        if hasattr(self.design, "internal"):
-            if self.internal and not self.design.internal:
-                raise InputError("design", "must have internal = true, as the mesh has", "an external pair")
-            object.__setattr__(self, "internal", self.design.internal)
+        if drawn is not None and self.internal not in (None, drawn):
+            raise InputError("internal", "must be left out or as in the design", self.internal,
+                             f"The pair of the design is {'internal' if drawn else 'external'}.")
+        object.__setattr__(self, "internal", bool(drawn or self.internal))
         if self.stiffness is not None and self.tooth_pairs is not None:
             raise InputError("stiffness", "must be left out beside tooth_pairs", self.stiffness,
                              "The stiffness of the mesh is that of its tooth pairs.")

@@ -144,9 +144,18 @@ class TrainModel(GearModel):
 
     @property
     def law(self) -> DampingLaw:
-        """The damping law of the meshes, `CONTACT` where they differ."""
-        laws = set(map(self.train.law_of, self.train.meshes))
+        """The damping law of meshes and stops, `CONTACT` where they differ."""
+        laws = {self.train.law_of(element.mesh) for element in structure(self.train).contacts}
         return laws.pop() if len(laws) == 1 else CONTACT
+
+    @property
+    def damping_in_words(self) -> str:
+        """Where the dampers of meshes and stops act, by their names where that differs."""
+        names: dict[str, list[str]] = {}
+        for element in structure(self.train).contacts:
+            names.setdefault(self.train.law_of(element.mesh).words, []).append(element.name)
+        return next(iter(names)) if len(names) == 1 else "; ".join(
+            f"{words}: {', '.join(each)}" for words, each in names.items())
 
     @property
     def omega(self) -> float:

@@ -218,7 +218,8 @@ class PlanetarySet(Record):
             single = tooth_stiffness(geometry, youngs_modulus=(modulus, modulus), blanks=(self.design.blanks[1], None))
             curve = from_iso(geometry, single.mesh_stiffness)
             found["stiffness"] = of_model(curve.waveform, curve.reference)
-        assumed = {"stiffness": "stiffness by ISO 6336-1, the ring as a rack", "damping": "damping of the sun mesh",
+        assumed = {"stiffness": "stiffness by ISO 6336-1, the ring as a rack, in jumps as tooth pairs come and go",
+                   "damping": "damping of the sun mesh",
                    "backlash": "backlash of the sun mesh", "error_amplitudes": "no transmission error"}
         own = {*self.ring_mesh, *({"stiffness"} if "tooth_pairs" in self.ring_mesh else ())}
         return {**found, "assumed": {name: text for name, text in assumed.items() if name not in own}}

@@ -53,6 +53,11 @@ class Damped:
         return DAMPING_LAWS[self.damping_law]
 
     @property
+    def damping_in_words(self) -> str:
+        """Where it acts, after "damping"."""
+        return self.law.words
+
+    @property
     def kernel_law(self) -> DampingLaw:
         """The law by which the kernels know it, for one of another package that which it acts as."""
         return DAMPING_LAWS.own[self.law.acts_as or self.law.name]

@@ -62,7 +62,7 @@ def beside_factors(model: MeshModel, varied: Iterable[str] = (), factor: float |
     The root stress is that at this one, of the whole mesh force. The quasi-static ratio is left out where it is 1 or
     none, or something that it depends on is varied: a parameter of the stiffness, and of tooth pairs also the load.
     """
-    found = {"mesh damping": model.law.words}
+    found = {"mesh damping": model.damping_in_words}
     if model.mesh_names:
         return found
     load = ("q0", "q1", "q2", "torque") if model.stiffness.shared else ()

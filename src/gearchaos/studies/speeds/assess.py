@@ -116,7 +116,7 @@ class Assessment:
         """What the answer rests on, and what it leaves out."""
         gears, first = self.gears, self.at[0]
         model = as_model(gears)
-        out = [f"mesh damping {model.law.words}", *model.assumptions]
+        out = [f"mesh damping {model.damping_in_words}", *model.assumptions]
         if is_design(gears):
             out = [f"mesh stiffness {method_in_words(gears.stiffness)}",
                    f"transmission error: {first.transmission_error}",
