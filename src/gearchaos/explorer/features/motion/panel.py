@@ -296,7 +296,7 @@ def verdict_text(found: PointMotion, view: View, units: Units) -> VerdictText:
         rows.append((quantity("contact").title, f"{v.contact}: {_CONTACT[v.contact]}"))
     titles = _MEASURES | (_FORCES if units.gears is not None else {})
     other = bool(drawn) and drawn != next(iter(v.meshes), drawn)  # what is of the first is none of it
-    known = {n: x for n in titles if of.get(n) not in ("worst", "first" if other else None) and (
+    known = {n: x for n in titles if of.get(n) not in {"worst", *("first",) * other} and (
         x := getattr(v, n)) is not None}
     measures = units.variables({n: variable(n, (), np.array(x)) for n, x in known.items()})
     beside = {n: f", {next(iter(v.meshes))}" for n in known if of.get(n) == "first"}
