@@ -168,16 +168,26 @@ def _unloaded(found: Assessment) -> Iterator[str]:
 
 
 def _ranges(windows: Sequence[Window]) -> str:
-    """Ranges to avoid, those that overlap as one, the widest by name and minor ones gathered."""
+    """Ranges to avoid, those that overlap as one, the widest by name, before rare ones, and narrow ones gathered."""
     merged = _merged(windows)
-    wide = sorted((part for part in merged if not all(each.minor for each in part)),
-                  key=lambda part: _stop(part) - part[0].reach[0])[-_MOST_RANGES:]
+    wide = sorted((part for part in merged if not all(each.narrow for each in part)),
+                  key=lambda part: (not _rarely(part), _stop(part) - part[0].reach[0]))[-_MOST_RANGES:]
     shown = [f"{edges(part[0])[0]} to {edges(max(part, key=lambda each: each.reach[1]))[1]}{_by_history(part)}"
-             for part in merged if part in wide]
-    more = len(merged) - len(wide)
+             f"{_rarely(part)}" for part in merged if part in wide]
+    others = [part for part in merged if part not in wide]
     words = f"{listed(shown)} rpm" if shown else ""
-    few = f"{more} {'narrower' if shown else 'narrow'} range{'s' * (more > 1)}" if more else ""
+    kind = "narrower or rarer" if shown and any(map(_rarely, others)) else "narrower" if shown else "narrow"
+    few = f"{len(others)} {kind} range{'s' * (len(others) > 1)}" if others else ""
     return " and ".join(filter(None, [words, few]))
+
+
+def _rarely(part: Sequence[Window]) -> str:
+    """After how few load changes a range is met, the most of those that make it up; empty if it is not rare."""
+    shares = [each.random_states for each in part if each.rare and each.random_states]
+    if len(shares) < len(part):
+        return ""
+    most = max(shares, key=lambda each: each.fraction)
+    return f" (rarely, {_percent(most.fraction)} % of {_STATES[most.motion]})"
 
 
 def _by_history(part: Sequence[Window]) -> str:
@@ -370,10 +380,13 @@ def _minor_in_words(at: SpeedsToAvoid) -> str:
     minor = [window for window in at.windows if window.minor]
     if not minor:
         return ""
-    named = ", ".join(" to ".join(edges(each)) for each in minor[:_MOST_RANGES])
+    named = ", ".join(f"{' to '.join(edges(each))}{_rarely([each])}" for each in minor[:_MOST_RANGES])
     states = _STATES[MOTIONS["other" if at.wide else "load change"]]
-    return (f"and {len(minor)} range{'s' * (len(minor) > 1)} narrower than {100 * FEW:g} % or after fewer than "
-            f"{100 * FEW:g} % of {states}: {named}{', …' * (len(minor) > _MOST_RANGES)} rpm")
+    kinds = [words for words, some in ((f"narrower than {100 * FEW:g} %", any(each.narrow for each in minor)), (
+        f"after fewer than {100 * FEW:g} % of {states}", any(each.rare for each in minor))) if some]
+    lead = "and " * (len(minor) < len(at.windows))
+    return (f"{lead}{len(minor)} range{'s' * (len(minor) > 1)} {listed(kinds, 'or')}: {named}"
+            f"{', …' * (len(minor) > _MOST_RANGES)} rpm")
 
 
 def tried_in_words(found: Assessment) -> str:

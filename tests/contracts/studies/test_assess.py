@@ -66,6 +66,12 @@ def of_windows(found, *ranges):
     return replace(found, at=(replace(found.at[0], windows=ranges),))
 
 
+def with_change(found, *ranges):
+    """The same where the load may be reversed."""
+    one = of_windows(found, *ranges)
+    return replace(one, at=(replace(one.at[0], load_change="a reversal of the load"),))
+
+
 def after_load_change(window, **other):
     """A range to avoid to which a load change alone leads."""
     changes = {"operation": False, "random_states": STATES, "reached": (Reached("load change", 1.0, 2.0),)}
@@ -183,7 +189,7 @@ def test_the_largest_factor_says_where_a_load_change_alone_has_it(found):
 
 
 def test_many_ranges_are_gathered_in_a_sentence(found):
-    """Those that overlap are one, the four widest have names, and minor ones, narrow or rarely met, none."""
+    """Those that overlap are one, the four widest have names, before rare ones; narrow ones have none."""
     first = found.at[0].windows[0]
     wide = [replace(first, start=start, stop=start + width) for start, width in (
         (500.0, 10.0), (505.0, 10.0), (520.0, 6.0), (530.0, 20.0), (560.0, 20.0), (590.0, 20.0), (620.0, 20.0))]
@@ -206,6 +212,16 @@ def test_many_ranges_are_gathered_in_a_sentence(found):
     assert named(*wide[:2]) == named(replace(wide[0], history=(500.0, 505.0)), wide[1]) == "500 to 515 rpm"
     assert named(*wide, narrow) == "530 to 550, 560 to 580, 590 to 610 and 620 to 640 rpm and 3 narrower ranges"
     assert named(narrow) == "1 narrow range" and named(*wide[:1], narrow) == "500 to 510 rpm and 1 narrower range"
+    alone = decision(with_change(found, replace(rare, from_scan_start=True), narrow))[1]
+    assert " avoid also ≤ 660 to 690 (rarely, 0.9 % of load changes) rpm: at worst " in alone
+    rarer = replace(rare, start=680.0, stop=695.0, random_states=replace(STATES, fraction=0.002))
+    both = decision(with_change(found, *wide[:1], rare, rarer))[1]
+    assert " avoid also 660 to 695 (rarely, 0.9 % of load changes) rpm: " in both
+    often = after_load_change(rarer)
+    assert " avoid also 660 to 695 rpm: " in decision(with_change(found, rare, often))[1]
+    many = [after_load_change(each) for each in wide]
+    assert decision(with_change(found, *many, rare))[1].partition(" avoid also ")[2].startswith(
+        "530 to 550, 560 to 580, 590 to 610 and 620 to 640 rpm and 3 narrower or rarer ranges: ")
 
 
 def test_the_worst_of_a_sentence_is_what_teeth_bear(found):
@@ -274,8 +290,12 @@ def test_minor_ranges_have_a_line_and_rows_only_with_all(found, monkeypatch):
     one = of_windows(found, first, replace(second, start=592.0, stop=593.0), rare)
     monkeypatch.setattr("gearchaos.studies.speeds.assess.assess", lambda *_, **__: one)
     short, full = (" ".join(assess(SPUR, *SCAN, *more).stdout.split()) for more in ((), ("--all",)))
-    line = "and 2 ranges narrower than 1 % or after fewer than 1 % of load changes: 592 to 593, 593 to 627 rpm"
+    line = ("and 2 ranges narrower than 1 % or after fewer than 1 % of load changes: 592 to 593, 593 to 627 (rarely, "
+            "0.4 % of load changes) rpm")
     assert line in short and "narrower than" not in full
+    alone = of_windows(found, rare).at[0]
+    assert avoided(alone, SPUR, every=False).words == [
+        "1 range after fewer than 1 % of load changes: 593 to 627 (rarely, 0.4 % of load changes) rpm"]
     shown = {row: f" {row.start} {row.stop} {row.happens} {row.reached} " for row in rows(one.at[0], one.gears)}
     assert [words in short for words in shown.values()] == [True, False, False]
     assert all(words in full for words in shown.values())

@@ -174,11 +174,19 @@ class Window(SpeedRange):
         return not self.operation and (found is None or (1 - found.fraction) ** found.states > 1 - CONFIDENCE)
 
     @property
+    def narrow(self) -> bool:
+        """Whether it is only a small share of its speed."""
+        return self.stop - self.start < FEW * self.stop
+
+    @property
+    def rare(self) -> bool:
+        """Whether load changes alone lead to it, and few of them."""
+        return not self.operation and self.random_states is not None and self.random_states.fraction < FEW
+
+    @property
     def minor(self) -> bool:
-        """Whether it is narrow, or few load changes lead to it."""
-        shares = self.random_states
-        return self.stop - self.start < FEW * self.stop or not (
-            self.operation or shares is None or shares.fraction >= FEW)
+        """Whether it is narrow or rare."""
+        return self.narrow or self.rare
 
     @property
     def cause(self) -> str:
