@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.output import edges_in_words, plain_table, print_table, print_wrapped, ranges, shown, shown_rows
+from gearchaos.cli.trains import load_unit
 from gearchaos.dynamics.response import CONTACTS
 from gearchaos.gears.io.units import measured
 from gearchaos.quantities import quantity
@@ -13,6 +14,7 @@ from gearchaos.quantities import quantity
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearchaos.gears.train import Train
     from gearchaos.studies.core.axis import Axis
 
 
@@ -33,7 +35,7 @@ def rattle_document(dataset: xr.Dataset, axis: Axis) -> dict[str, Any]:
     return {"axis": axis.name, "onsets": onsets, "meshes": meshes}
 
 
-def print_rattle(dataset: xr.Dataset, content: dict[str, Any], axis: Axis) -> None:
+def print_rattle(dataset: xr.Dataset, content: dict[str, Any], axis: Axis, train: Train) -> None:
     """Print of each mesh where it loses contact and hits both flanks, the onsets, and a table of impacts from rest."""
     unit, values = quantity(axis.name).unit.replace("*", " "), axis.values
     for name, lost in content["meshes"].items():
@@ -51,10 +53,10 @@ def print_rattle(dataset: xr.Dataset, content: dict[str, Any], axis: Axis) -> No
                  "missed, and other motions may exist.")
     rows = shown_rows(len(values))
     for name in dataset["mesh"].values.tolist():
-        one = dataset.sel(mesh=name, history="rest")
+        one, load = dataset.sel(mesh=name, history="rest"), load_unit(train, name)
         table = plain_table(
-            axis.name, "contact", "front %", "back %", "impacts/s", "impulse/s\n(N)", "rms (N)",
-            "standard\ndeviation (N)", gap=1)
+            axis.name, "contact", "front %", "back %", "impacts/s", f"impulse/s\n({load})", f"rms ({load})",
+            f"standard\ndev. ({load})", gap=1)
         for i in rows:
             at = one.isel({axis.name: i})
             numbers = (100 * at.mesh_front_share, 100 * at.mesh_back_share, at.mesh_impacts, at.mesh_impulse,

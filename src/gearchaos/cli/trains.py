@@ -6,15 +6,21 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from gearchaos.cli.errors import PAGE_WIDTH
-from gearchaos.cli.output import plain_table, print_table
+from gearchaos.cli.output import plain_table, print_table, print_wrapped
 from gearchaos.gears.io.units import measured
 from gearchaos.studies.motion.regime import shared_loads
 
 if TYPE_CHECKING:
+    from gearchaos.gears.train import Train
     from gearchaos.studies import Verdict
 
 _LOST = {"one-sided": "contact is lost at", "two-sided": "both flanks are hit at", "none": "no contact at"}
 """Contact states in words before the names of meshes."""
+
+
+def load_unit(train: Train, name: str) -> str:
+    """The unit of what a contact of a train transmits: a torque between the stops of a shaft, a force in a mesh."""
+    return "N m" if any(shaft.name == name and shaft.stop is not None for shaft in train.shafts) else "N"
 
 
 def print_train(verdict: Verdict) -> None:
@@ -33,7 +39,8 @@ def print_train(verdict: Verdict) -> None:
     answer = f"{verdict.label}: {'; '.join(parts)}"
     print(textwrap.fill(answer, PAGE_WIDTH, subsequent_indent="  ", break_on_hyphens=False))
     model: Any = verdict.model
-    part, unit = ("shaft", "(N m)") if model.train.scales.angular else ("mesh", "(N)")
+    stops = [name for name in verdict.meshes if load_unit(model.train, name) == "N m"]
+    part, unit = ("shaft", "(N m)") if len(stops) == len(verdict.meshes) else ("mesh", "(N)")
     table = plain_table(
         part, "contact", "front", "back", f"peak {unit}", f"rms {unit}", "impacts/s", "dynamic\nfactor", gap=1)
     for name, found in verdict.meshes.items():
@@ -41,6 +48,8 @@ def print_train(verdict: Verdict) -> None:
         numbers = (found[n] for n in ("force_peak", "force_rms", "impacts_per_second", "dynamic_factor"))
         table.add_row(name, found["contact"], *shares, *("none" if v is None else measured(v) for v in numbers))
     print_table(table)
+    if part == "mesh" and stops:
+        print_wrapped(f"peak and rms of the stops of {', '.join(stops)} are torques, N m")
     rows = shared_loads(verdict)
     if not rows:
         return

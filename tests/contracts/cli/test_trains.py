@@ -316,6 +316,29 @@ def test_a_train_of_stops_alone_has_angles_and_torques(tmp_path):
         operating_axes(gc.open(path))
 
 
+def test_the_torques_of_stops_beside_meshes_have_their_unit(tmp_path):
+    path = tmp_path / "spline.toml"
+    path.write_text(LOOSE.read_text() + """
+[[train.bodies]]
+name = "hub"
+inertia = "5e-4 kg*m^2"
+torque = "-0.2 N*m"
+[[train.shafts]]
+name = "spline"
+between = ["loose", "hub"]
+stop = "0.001 rad"
+stop_stiffness = "1e5 N*m/rad"
+stop_damping = "1 N*m*s/rad"
+""")
+    said = ask("regime", path).stdout
+    assert " peak (N) rms (N) " in said and "\npeak and rms of the stops of spline are torques, N m\n" in said
+    assert "torques, N m" not in ask("regime", LOOSE, *HOLDS).stdout
+    mesh, stops = ask("rattle", path, "--axis", "loose.torque=-0.3:-0.2:2").stdout.split("spline, from rest")
+    assert " (N) rms (N) " in mesh and "N m" not in mesh.partition("z1/z2, from rest")[2]
+    assert " (N m) rms (N m) " in stops and "(N)" not in stops
+    assert float(stops.splitlines()[-1].split()[-3]) == pytest.approx(0.2, rel=1e-3)
+
+
 def test_modes_say_which_stops_are_open_and_which_closed():
     bodies = [gc.Body(name=name, inertia=1) for name in "abcd"]
     stop = {"stop": 0.01, "stop_stiffness": 1e5}
