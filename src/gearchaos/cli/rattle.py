@@ -14,7 +14,6 @@ from gearchaos.quantities import quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearchaos.gears.train import Train
     from gearchaos.studies.core.axis import Axis
 
 
@@ -35,7 +34,7 @@ def rattle_document(dataset: xr.Dataset, axis: Axis) -> dict[str, Any]:
     return {"axis": axis.name, "onsets": onsets, "meshes": meshes}
 
 
-def print_rattle(dataset: xr.Dataset, content: dict[str, Any], axis: Axis, train: Train) -> None:
+def print_rattle(dataset: xr.Dataset, content: dict[str, Any], axis: Axis, model: Any) -> None:
     """Print of each mesh where it loses contact and hits both flanks, the onsets, and a table of impacts from rest."""
     unit, values = quantity(axis.name).unit.replace("*", " "), axis.values
     for name, lost in content["meshes"].items():
@@ -53,7 +52,7 @@ def print_rattle(dataset: xr.Dataset, content: dict[str, Any], axis: Axis, train
                  "missed, and other motions may exist.")
     rows = shown_rows(len(values))
     for name in dataset["mesh"].values.tolist():
-        one, load = dataset.sel(mesh=name, history="rest"), load_unit(train, name)
+        one, load = dataset.sel(mesh=name, history="rest"), load_unit(model.train, name)
         table = plain_table(
             axis.name, "contact", "front %", "back %", "impacts/s", f"impulse/s\n({load})", f"rms ({load})",
             f"standard\ndev. ({load})", gap=1)

@@ -374,7 +374,7 @@ SUMMARIES: dict[str, tuple[Callable[[Found], dict[str, Any]], Callable[[Found, d
                  lambda found, content: _of("branches").print_skeleton(content)),
     "rattle": (lambda found: {**found.head, **_of("rattle").rattle_document(found.plain, found.axes[0])},
                lambda found, content: _of("rattle").print_rattle(
-                   found.in_units, content, found.axes[0], found.loaded.model.train)),
+                   found.in_units, content, found.axes[0], found.loaded.model)),
     "runup": (lambda found: {**found.head, **_of("runup").runup_document(
                   found.dataset, found.over, found.loaded.model)},
               lambda found, content: _of("runup").print_runup(found.dataset, content, found.loaded.model)),

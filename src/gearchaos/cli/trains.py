@@ -11,7 +11,7 @@ from gearchaos.gears.io.units import measured
 from gearchaos.studies.motion.regime import shared_loads
 
 if TYPE_CHECKING:
-    from gearchaos.gears.train import Train
+    from gearchaos.gears.train.train import Train
     from gearchaos.studies import Verdict
 
 _LOST = {"one-sided": "contact is lost at", "two-sided": "both flanks are hit at", "none": "no contact at"}

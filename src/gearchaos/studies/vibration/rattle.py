@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -95,7 +96,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
     summary: ClassVar[str] = "rattle"
     model_words: ClassVar[str] = "It must be a train."
     default_settings: ClassVar[Classification] = BIFURCATION_SETTINGS
-    searches_onsets = True  # a part that is tried for the price does not
+    trial_of: ClassVar[Cost | None] = None  # the bound of the whole, of a part tried for its price
 
     axis: Axis = axis_option('A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".')
     mesh: str | None = option(None, "The mesh whose onset is looked for; by default all.")
@@ -119,23 +120,25 @@ class Rattle(ClassifyingStudy, WholeStudy):
         return replace(one, motions=3 * one.motions, sequential=2 * one.sequential)
 
     def thinned(self, share: float) -> Self:
-        """As of every study, without the search of onsets: their number is that of all values."""
+        """As of every study, with one round of the search of onsets: how many there are does not depend on the
+        number of values, and how long their motions take is not told by the scans."""
         found = super().thinned(share)
-        found._set(searches_onsets=False)
+        found._set(trial_of=self.trial_of or self.cost)
         return found
 
     def needed(self, found: Any) -> float:
-        """All of the bound, and beyond it the search of onsets: as many as this part shows."""
-        count = len(self._changes(found["mesh_contact"].values[0] == _PERMANENT))
-        search = replace(self._scan("fixed").cost, motions=count * _ROUNDS * WIDTH)
-        return 1.0 + search.seconds() / self.cost.seconds()
+        """All of the bound for the scans, and all rounds of the search of as many onsets as this part shows."""
+        search, whole = found.attrs["search_over_scans"], self.trial_of or self.cost
+        return (1.0 + _ROUNDS * search * self.cost.seconds() / whole.seconds()) / (1.0 + search)
 
     def _scan(self, mode: str) -> Bifurcation:
         return Bifurcation(self.model, self.axis, points=0, mode=mode, settings=self.settings)  # type: ignore[arg-type]
 
     def dataset(self, *, progress: bool = False, threads: int | None = None) -> xr.Dataset:
+        begun = time.perf_counter()
         scans = [scan.finish(scan.compute(np.arange(scan.count), progress=progress, threads=threads))
                  for scan in map(self._scan, HISTORIES.values())]
+        scanned = time.perf_counter()
         over = ("history", self.axis.name, MESH)
         names = ["label", "period", *(name for name in MeshResponse.declared() if name in scans[0])]
         data = {n: np.stack([scan[n].values for scan in scans]) for n in names}
@@ -143,7 +146,8 @@ class Rattle(ClassifyingStudy, WholeStudy):
         ratio = self._excitation(self.axis.values)
         found["excitation_ratio"] = variable("excitation_ratio", over[1:], ratio)
         permanent = data["mesh_contact"][0] == _PERMANENT
-        onsets = self._onsets(permanent, progress=progress, threads=threads) if self.searches_onsets else []
+        onsets = self._onsets(permanent, progress=progress, threads=threads)
+        trial = {"search_over_scans": (time.perf_counter() - scanned) / (scanned - begun)} if self.trial_of else {}
         columns = zip(*onsets, strict=True) if onsets else ((), (), ())
         axis = self.axis.name
         for name, values in zip(("onset_value", "onset_linear", "onset_mesh"), columns, strict=True):
@@ -152,7 +156,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
                 found[name].attrs |= {"quantity": axis, "units": describe(axis)["units"]}
         coords = {"history": variable("history", ("history",), np.array(list(HISTORIES))),
                   axis: variable(axis, (axis,), self.axis.values)}
-        return new_dataset(found, coords | mesh_coordinate(self.model), self.provenance(mesh=self.mesh))
+        return new_dataset(found, coords | mesh_coordinate(self.model), self.provenance(mesh=self.mesh) | trial)
 
     def _changes(self, permanent: np.ndarray) -> list[tuple[int, int]]:
         """Where meshes begin or cease to keep contact between two values of the axis: the indices of mesh and value."""
@@ -166,7 +170,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
             return []
         meshes, at = np.array(changes).T
         low, high, first = values[at], values[at + 1], permanent[at, meshes][:, None]
-        for _ in range(_ROUNDS):  # all onsets together
+        for _ in range(1 if self.trial_of else _ROUNDS):  # all onsets together
             edges = np.linspace(low, high, _PARTS + 1, axis=1)
             kept = self._keeps_contact(edges[:, 1:-1].ravel(), progress, threads)
             inner = kept.reshape(len(at), _PARTS - 1, -1)[np.arange(len(at)), :, meshes]
