@@ -58,6 +58,7 @@ def test_a_part_that_is_tried_has_a_round_of_the_search_of_onsets_and_the_price_
     assert found.mesh_contact.equals(whole.mesh_contact) and "search_over_scans" not in whole.attrs
     assert (miss := np.abs(found.onset_value - whole.onset_value)).max() < 0.05 / 9 and miss.min() > 0.05 / 9**3
     assert found.attrs["search_over_scans"] > 0
+    assert study.thinned(0.0).run().onset_value.values == pytest.approx([-0.125, -0.075]) and not study.smaller(0.5)
     # scans that take 2 s and a round of 1 s are 3 s, to become 2 s + 9 of 1 s, or twice 2 s + 9 of 1 s
     half, price = found.assign_attrs(search_over_scans=0.5), part.cost.seconds()
     assert 3 * part.needed(half) == pytest.approx(2 + 9)

@@ -97,6 +97,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
     model_words: ClassVar[str] = "It must be a train."
     default_settings: ClassVar[Classification] = BIFURCATION_SETTINGS
     trial_of: ClassVar[Cost | None] = None  # the bound of the whole, of a part tried for its price
+    rounds: ClassVar[int] = _ROUNDS  # of the search of onsets
 
     axis: Axis = axis_option('A speed or a drag torque and its range, as a text "loose.torque=-0.4:-0.02:39".')
     mesh: str | None = option(None, "The mesh whose onset is looked for; by default all.")
@@ -121,10 +122,13 @@ class Rattle(ClassifyingStudy, WholeStudy):
 
     def thinned(self, share: float) -> Self:
         """As of every study, with one round of the search of onsets: how many there are does not depend on the
-        number of values, and how long their motions take is not told by the scans."""
+        number of values, and how long their motions take is not told by the scans. The least part has none."""
         found = super().thinned(share)
-        found._set(trial_of=self.trial_of or self.cost)
+        found._set(trial_of=self.trial_of or self.cost, rounds=int(share > 0))
         return found
+
+    def smaller(self, share: float) -> None:
+        """Nothing: the search of onsets, which may take most of the time, has as many motions for fewer values."""
 
     def needed(self, found: Any) -> float:
         """All of the bound for the scans, and all rounds of the search of as many onsets as this part shows."""
@@ -170,7 +174,7 @@ class Rattle(ClassifyingStudy, WholeStudy):
             return []
         meshes, at = np.array(changes).T
         low, high, first = values[at], values[at + 1], permanent[at, meshes][:, None]
-        for _ in range(1 if self.trial_of else _ROUNDS):  # all onsets together
+        for _ in range(self.rounds):  # all onsets together
             edges = np.linspace(low, high, _PARTS + 1, axis=1)
             kept = self._keeps_contact(edges[:, 1:-1].ravel(), progress, threads)
             inner = kept.reshape(len(at), _PARTS - 1, -1)[np.arange(len(at)), :, meshes]
