@@ -212,7 +212,7 @@ def test_a_train_of_both_wheels_moves_as_the_pair():
     assert train.speeds["ring"] == pytest.approx(3000 * 20 / 61)  # both turn the same way
     one, other = (gc.natural_frequencies(each).natural_frequency.values[-1] for each in (design, train))
     assert other == pytest.approx(one, rel=1e-12)
-    with pytest.raises(InputError, match="internal = true"):
+    with pytest.raises(InputError, match="internal must be left out or as in the design"):
         gc.Mesh(between=("pinion", "ring"), design=gc.GearDesign(
             teeth=(20, 61), module="3 mm", face_width="20 mm"), internal=True)
     with pytest.raises(InputError, match="two external wheels"):
