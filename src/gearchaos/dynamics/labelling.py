@@ -36,7 +36,7 @@ _CHAOTIC_EXPONENT = 1e-3
 """Lower bound of λ1 of a chaotic motion, per unit of τ."""
 
 _FLANKS, _SOON = 2, 16
-"""Contacts of a mesh of one spring, and mesh periods in which most chaotic motions change contact."""
+"""Contacts of a mesh of one spring, and mesh periods in which nearly all chaotic motions change contact."""
 
 _MAX_TRACE_ERROR = 1e-6
 """Largest |sum of the exponents − trace| of a consistent run, per unit of τ."""
@@ -241,7 +241,7 @@ def _linear(state: ClassificationState, motions: np.ndarray) -> np.ndarray:
     if len(motions) == 0 or contacts is None or np.bincount(contacts.meshes).max() > _FLANKS:
         return linear
     linear[:] = True
-    for periods in (_SOON, state.settings.exponent_run):
+    for periods in (1, _SOON, state.settings.exponent_run):  # most chaotic motions change contact in the first
         some = np.flatnonzero(linear)
         measures = state.advance(motions[some], periods, measured=True).measures
         linear[some] = of_meshes(measures)[:, Measure.SWITCHES].sum(axis=0) == 0
