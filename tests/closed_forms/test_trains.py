@@ -221,6 +221,7 @@ def test_a_train_that_keeps_contact_is_never_chaotic(damping, labels):
     """A linear motion has no positive exponent, however slow its modes are in mesh cycles."""
     found = gc.regime(soft_shaft(damping))
     assert found.label in labels and found.contact == "permanent"
+    assert found.label == "1T" or "no contact changes" in found.reason
 
 
 def test_a_common_period_is_that_of_all_orders():

@@ -28,7 +28,7 @@ def branch_document(dataset: xr.Dataset, found: xr.Dataset) -> dict[str, Any]:
     events are those of ``found``, the dimensionless branch: initial values, as ``--start`` takes them.
     """
     closed, ends_at, ends, stable, neutral = (
-        json.loads(dataset.attrs.get(n, "[]")) for n in ("closed", "range", "ends", "stable", "neutral"))
+        json.loads(dataset.attrs[n]) for n in ("closed", "range", "ends", "stable", "neutral"))
     events, prefix = [], "event_section_"
     for i in range(dataset.sizes["event"]):
         at, start = dataset.isel(event=i), found.isel(event=i)

@@ -154,6 +154,8 @@ def _excitations(dataset: xr.Dataset) -> dict[str, str]:
 def print_modes(dataset: xr.Dataset) -> None:
     """Print the lowest frequency with the speeds at which meshes meet it, and a table of modes with the springs that
     hold most of their energy and the body that moves most."""
+    from gearchaos.studies.speeds.speed_windows import speed_in_words
+
     content = modes_document(dataset)
     excitations = _excitations(dataset)
     meshes = {name: short for name, short in excitations.items() if name.startswith("mesh ")}
@@ -174,13 +176,9 @@ def print_modes(dataset: xr.Dataset) -> None:
         moving = max(dataset["body"].values.tolist(), key=mode["shares"].__getitem__)
         values = ["rigid", "", ""] if mode["rigid"] else [
             f"{mode['frequency']:.5g}", f"{mode['damping_ratio']:.2g}", "\n".join(
-                ", ".join(_rounded(mode["met_at"][name] / n) for n in harmonics) for name in names)]
+                ", ".join(speed_in_words(mode["met_at"][name] / n, 0) for n in harmonics) for name in names)]
         table.add_row(str(number), *values, _energy_in(dataset, mode), moving)
     print_table(table)
-
-
-def _rounded(speed: float) -> str:
-    return f"{speed:.0f}" if speed >= 10 else f"{speed:.2g}"
 
 
 def _print_meetings(dataset: xr.Dataset, limits: tuple[float, float]) -> None:

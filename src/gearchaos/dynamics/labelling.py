@@ -228,7 +228,7 @@ def _end_unstable(state: ClassificationState, motions: np.ndarray) -> None:
     """Label motions with a positive exponent: they are chaotic unless they surely are linear."""
     linear = _linear(state, motions)
     state.assign(motions[~linear], Label.CHAOTIC, Reason.POSITIVE_EXPONENT)
-    state.assign(motions[linear], Label.UNDECIDED, Reason.BUDGET)
+    state.assign(motions[linear], Label.UNDECIDED, Reason.LINEAR)
 
 
 def _linear(state: ClassificationState, motions: np.ndarray) -> np.ndarray:

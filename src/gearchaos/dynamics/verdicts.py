@@ -57,6 +57,7 @@ class Reason(IntEnum):
     NEUTRAL = 7
     INCONSISTENT = 8
     INFERRED = 9
+    LINEAR = 10
 
 
 def motion_name(label: Label, period: int) -> str:
@@ -99,6 +100,7 @@ REASONS = {
     Reason.NEUTRAL: "the motion repeats exactly, and its neighbours neither approach nor leave it",
     Reason.INCONSISTENT: "the exponents do not sum to the trace of the linear part, so the run is not to be trusted",
     Reason.INFERRED: "not computed: the same as at all corners of the block of a coarser lattice in which it lies",
+    Reason.LINEAR: "no contact changes, so that the motion is linear, and its slowest modes are too slow for the runs",
     Reason.CHATTER: "more contact switches within one step than can be followed",
 }
 """The text of each reason, as printed tables and files have it."""

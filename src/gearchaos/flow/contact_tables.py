@@ -57,37 +57,44 @@ def prepare_contacts(system: SwitchedSystem, samples: int) -> tuple[ContactPoint
         offset = np.stack([a + begin * (b + begin * c), b + 2 * begin * c, c], axis=-1)
     counts = np.ceil(min_steps_per_period(system)[:, None] * np.diff(edges, axis=1) - 1e-9).astype(np.int64)
     counts, leap = np.maximum(counts, 1), np.zeros_like(counts)
-    rows, meshes, releasing = contacts.rows, contacts.meshes, np.flatnonzero(contacts.releases[contacts.meshes])
+    releasing, row, unit, mesh, side = _gaps(contacts)
     if d > MOST_UNROLLED and len(releasing) == 0:  # each piece in leaps of the same length
         of_piece = -(-counts // LEAP)
         leap = -(-counts // of_piece)
         counts = of_piece * leap
     stiffness, offset = (np.hstack([each, each[:, releasing]]) for each in (stiffness, offset))
-    side, count = np.append(contacts.sides, contacts.sides[releasing]).astype(float), len(meshes) + len(releasing)
-    row = np.append(np.arange(len(rows)), meshes[releasing])  # the mesh of each row
-    unit = (rows / (rows**2).sum(axis=1, keepdims=True))[row]
-    unit[len(rows):] = 0.0
-    sides = aligned(vectors_of(count) * WIDTH)
-    sides[:count] = side
+    sides = aligned(vectors_of(len(side)) * WIDTH)
+    sides[: len(side)] = side
     found = ContactPoints(*map(np.ascontiguousarray, (
         system.omega, system.A, system.f0, contacts.orders, contacts.f_cos, contacts.f_sin,
-        rows[row], unit, contacts.rates[row], contacts.pushes, contacts.damping[:, row],
-        contacts.in_contact.astype(np.int64), releasing, np.append(meshes, len(rows) + np.arange(len(releasing))), side,
-        sides, edges, stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, leap, sample,
+        contacts.rows[row], unit, contacts.rates[row], contacts.pushes, contacts.damping[:, row],
+        contacts.in_contact.astype(np.int64), releasing, mesh, side, sides, edges,
+        stiffness.transpose(0, 2, 1), offset.transpose(0, 2, 1, 3), counts, leap, sample,
         np.maximum(1, counts.sum(axis=1) // orthonormalisations(system)), _spans(system),
         _rest(system) if d > MOST_UNROLLED else np.zeros_like(system.f0),
         system.velocity, system.velocity0, system.velocity_cos, system.velocity_sin)))
     steps = counts.sum(axis=1)
     both = int((steps + np.where(found.span > 1, steps // found.span, 0)).max())  # with the leaps
     leaps = int((counts // np.maximum(leap, 1)).sum(axis=1).max()) if leap.any() else 0
-    fixed = leaps, len(sample), d, count, len(row)
-    sets = min(_SETS, 2**count)
+    fixed = leaps, len(sample), d, len(side), len(row)
+    sets = min(_SETS, 2 ** len(side))
     entries, parts = max(sets * both, LEAP), sets * len(sample) * (2 if np.any(found.span > 1) else 1)
     least, entry, part = (_size(new_tables(1, 1, *room, *fixed)) for room in ((1, 1), (2, 1), (1, 2)))
     share = min(1.0, _LARGEST / (entries * (entry - least) + parts * (part - least)))
     entries, parts = max(LEAP, int(share * entries)), max(1, int(share * parts))
     places = min(points, max(1, MEMORY // _size(new_tables(1, both, entries, parts, *fixed))))
     return found, new_tables(places, both, entries, parts, *fixed)
+
+
+def _gaps(contacts: Any) -> tuple[np.ndarray, ...]:
+    """The contacts that release (U,); of each row its mesh and coordinates at which it is 1, (R,) and (R, d); of each
+    contact its row and side, (C,): behind those of displacements are those of the forces of contacts that release."""
+    count, releasing = len(contacts.rows), np.flatnonzero(contacts.releases[contacts.meshes])
+    row = np.append(np.arange(count), contacts.meshes[releasing])
+    unit = (contacts.rows / (contacts.rows**2).sum(axis=1, keepdims=True))[row]
+    unit[count:] = 0.0
+    mesh = np.append(contacts.meshes, count + np.arange(len(releasing)))
+    return releasing, row, unit, mesh, np.append(contacts.sides, contacts.sides[releasing]).astype(float)
 
 
 def _size(tables: StepTables) -> int:

@@ -1,7 +1,9 @@
 """Trains as inputs: every refusal with its field and advice, `[train]` of study files, `--set`, initial values."""
 
+import itertools
 import math
 import re
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -12,6 +14,7 @@ from gearchaos.errors import InputError
 from gearchaos.gears.train.model import TrainModel
 from gearchaos.gears.train.parts import TorqueOrder
 from gearchaos.gears.train.train_file import initial_of, read_train
+from gearchaos.model.switched import switched_system, vary
 from gearchaos.studyfile import load_study
 
 
@@ -366,6 +369,20 @@ def test_a_fourier_series_of_the_stiffness_keeps_its_mean_and_first_harmonic():
     assert levels.mean() == pytest.approx(2e8, rel=1e-12)
     assert np.allclose(levels, 2e8 + 4e7 * np.cos(2 * np.pi * middles - math.pi / 6), rtol=0, atol=4e7 * 1e-3)
     assert any("Fourier series" in text for text in found.warnings)
+
+
+@pytest.mark.parametrize(("law", "count"), [("contact", 32), ("unilateral", 16)])
+def test_there_are_as_many_contacts_as_a_whole_number_has_bits_for(law, count):
+    """A flank that releases has two."""
+    names = [f"b{i}" for i in range(count + 1)]
+    bodies = [gc.Body(name=name, inertia=1e-3) for name in names]
+    whole = gc.Train(speed=1000.0, damping_law=law, bodies=bodies, meshes=[
+        gc.Mesh(**mesh(*ends, z2=20)) for ends in itertools.pairwise(names)])
+    few = replace(whole, bodies=whole.bodies[:-1], meshes=whole.meshes[:-1])
+    assert len(switched_system(vary(TrainModel(few), {})).contacts.sides) == 2 * count - 2
+    with pytest.raises(InputError, match=r"must have at most 62 .* got 64") as refused:
+        switched_system(vary(TrainModel(whole), {}))
+    assert ("count twice" in refused.value.advice) == (law == "unilateral")
 
 
 @pytest.mark.parametrize(("laws", "law", "words"), [

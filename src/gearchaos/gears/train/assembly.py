@@ -273,12 +273,16 @@ class Assembly:
     def _contacts(self, offsets: np.ndarray) -> dict[str, Any]:
         """The contacts of all meshes on the pieces of the common period; ``offsets`` (P, K, 2) in m, of the flanks."""
         parts = [self._over_period(element) for element in self.found.contacts]
-        if (count := sum(len(part.sides) for part in parts)) > _MOST_CONTACTS:
+        releases = [self.found.train.law_of(element.mesh).releases for element in self.found.contacts]
+        # whether a contact that releases pulls has a bit, too
+        count = sum(len(part.sides) * (1 + twice) for part, twice in zip(parts, releases, strict=True))
+        if count > _MOST_CONTACTS:
             most = max(zip(parts, self.found.contacts, strict=True), key=lambda each: len(each[0].sides))
             raise InputError(
                 "meshes", f"must have at most {_MOST_CONTACTS} tooth pairs and stops that may touch, of both flanks",
                 count, f"{most[1].name} alone has {len(most[0].sides)}. Without corner contact tooth pairs are fewer, "
-                "and a mesh with the stiffness of all pairs together has two.")
+                "and a mesh with the stiffness of all pairs together has two." + any(releases) * (
+                    " Those with damping_law = 'unilateral' count twice."))
         every = np.unique(np.concatenate([part.edges[0] for part in parts]))
         edges = every[np.append(True, np.diff(every) > 1e-12)]
         length = np.diff(edges, append=1.0)

@@ -81,8 +81,8 @@ def estimate(
     """The cost at the parameter points of a system where it is largest, such as the corners of a map.
 
     At ``samples`` equidistant instants of a mesh period steps must begin. The ``model`` of the system says what makes
-    steps short. Raises `InputError` if a mesh period needs
-    more than `MAX_STEPS` steps, or the study more than a hundred years.
+    steps short. Raises `InputError` if a mesh period needs more than `MAX_STEPS` steps, or the study more than a
+    hundred years.
     """
     needed, d = min_steps_per_period(system), system.dimension
     levels = (system.levels if system.contacts is None else system.contacts.edges).shape[1]

@@ -34,7 +34,7 @@ def axis_of(ds: xr.Dataset) -> str:
 
 def stability_word(ds: xr.Dataset) -> str:
     """What the solid parts of its lines are: "stable", or "neutral" without damping."""
-    return "neutral" if json.loads(ds.attrs.get("neutral", "[]")) else "stable"
+    return "neutral" if json.loads(ds.attrs["neutral"]) else "stable"
 
 
 def positions(ds: xr.Dataset) -> np.ndarray:

@@ -271,10 +271,10 @@ class SpeedsToAvoid:
     dataset : xarray.Dataset
         Over ``motion`` and ``speed``, all computed speeds: ``label``, ``period``, ``contact``, ``dynamic_factor`` and
         ``beyond_the_teeth``; 0, 0, −1, NaN and False where there is no such motion; of a train, over ``mesh`` too,
-        ``mesh_dynamic_factor``. Operation meets the motions from
-        "rest", of "rising" and "falling" speed from both ends, and "changing", the worst of those met by coming slowly
-        from rest at other speeds. "load change" is the worst of the others, from states that a change of the load
-        leaves, or followed from such a motion to other speeds; with ``wide`` it is "other", from wide ranges of states.
+        ``mesh_dynamic_factor``. Operation meets the motions from "rest", of "rising" and "falling" speed from both
+        ends, and "changing", the worst of those met by coming slowly from rest at other speeds. "load change" is the
+        worst of the others, from states that a change of the load leaves, or followed from such a motion to other
+        speeds; with ``wide`` it is "other", from wide ranges of states.
         Over ``speed`` also ``random_states``, the number of these states, and ``avoided_states``, how many of them lead
         to a motion to avoid, and the factors by the standards and resonance ratios of `gearchaos.dynamic_factor`.
     tried, coarse, transmission_error, teeth_bear, load_change : str

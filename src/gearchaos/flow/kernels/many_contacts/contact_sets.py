@@ -67,9 +67,9 @@ def _fill_rows(dims, points, p, tables, place, step, span, work):
                 earlier = tables.offset[place, max(step - 1, 0)]
                 if step == 0 or not abs(offset[0, e] - earlier[0, e] - earlier[1, e] - earlier[2, e]) < _CONTINUOUS:
                     anew |= 1 << e
-                earlier_stiffness = tables.stiffness[place, max(step - 1, 0), e]
-                if releases(dims) and e >= first_release and points.stiffness[p, n, e] != earlier_stiffness:
-                    anew |= 1 << e
+                if releases(dims) and e >= first_release:  # the row of its force changes with its stiffness
+                    earlier_stiffness = tables.stiffness[place, max(step - 1, 0), e]
+                    anew |= (1 << e) if points.stiffness[p, n, e] != earlier_stiffness else 0
             before = tables.present[place, step - 1] if step > 0 else 0
             anew = present & (anew | ~before)
             tables.present[place, step], tables.anew[place, step] = present, anew
@@ -213,9 +213,7 @@ def dot(dims, row, w):
 
 @inlined
 def rate_share(points, p, tables, place, step, r):
-    """D/κ on a step, by which the rate is added in a row behind those of the meshes; 0 in theirs."""
-    if r < len(points.in_contact):
-        return 0.0
+    """D/κ on a step, by which the rate is added in a row behind those of the meshes."""
     stiffness = tables.stiffness[place, step, len(points.mesh) - len(points.row) + r]
     return points.damping[p, r] / stiffness if stiffness != 0.0 else 0.0
 
